@@ -387,7 +387,8 @@
        blocks badly: expect 250 to 300 bytes.
      - While building: 91 bytes per triangle besides (of the high quality 35 more, at worst 157), and the old tree until
        the new one is done. Only a changed tree counts. A tree of the high quality holds up to a sixth more.
-     - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
+     - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices, 4 with
+       materials; of vertices those that triangles name, with 4 each where there are others. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform(s) on;
        another key 150. The model once.
@@ -687,7 +688,7 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *);                       /* NULL
 /* >>mesh ----------------------------------------------------------------------------------------------------------- */
 
 typedef struct pktrt_mesh_desc {
-  const float *positions; /* key_count blocks of vertex_count vertices; copied */
+  const float *positions; /* key_count blocks of vertex_count vertices; those that triangles name are copied */
   uint32_t vertex_count;
   uint32_t position_stride; /* bytes from vertex to vertex; 0 = 12. No alignment beyond a float's is asked for. */
   const uint32_t *indices;  /* triangle_count * 3; NULL: 0,1,2, 3,4,5, ... (a triangle soup) */
@@ -698,11 +699,13 @@ typedef struct pktrt_mesh_desc {
   uint32_t group;         /* any number: what changes in a group is built anew without the others. 0: the rest */
   uint32_t mask;          /* queries whose masks share no bit with it do not see the mesh; 0: all bits */
   const float *texcoords; /* optional: vertex_count pairs, tight, for all keys; any finite values */
+  const uint32_t *triangle_materials; /* one a triangle, 0 or added before; copied. NULL: `material` is that of all */
 } pktrt_mesh_desc;
 
 /* *mesh (may be NULL) receives the index that hits report. Bad input (index out of range, NaN, infinity, counts that
    overflow, NULL where data is needed) is refused with a status and a detail, and the scene stays as it was. Degenerate
-   triangles are accepted and never hit. */
+   triangles are accepted and never hit. Meshes may share one pool of vertices: each copies those that it names, and all
+   calls go on to number, and expect, the vertices of the pool. */
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *mesh);
 
 /* Builds what changed: the trees of those meshes (same group, number of keys and mask) of which one is new, removed or
@@ -786,15 +789,15 @@ PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *, uint32_t mesh, uint32_
 
 /* What the committed scene is made of. */
 typedef struct pktrt_scene_info {
-  pktrt_isa isa;                    /* the instruction set in use, never AUTO */
-  uint32_t mesh_count;              /* committed mesh indices, those that wait for a mesh included */
-  uint32_t moving_meshes;           /* of these, meshes with two or more keys */
-  uint64_t triangles;               /* committed, degenerate ones included */
-  uint64_t degenerate;              /* of these, triangles without area at any time, or hidden */
-  uint64_t nodes;                   /* 8-wide nodes */
-  uint64_t leaf_blocks;             /* blocks of up to 8 triangles */
-  uint64_t tree_bytes;              /* nodes and leaf blocks */
-  uint64_t mesh_bytes;              /* retained positions, indices, normals */
+  pktrt_isa isa;          /* the instruction set in use, never AUTO */
+  uint32_t mesh_count;    /* committed mesh indices, those that wait for a mesh included */
+  uint32_t moving_meshes; /* of these, meshes with two or more keys */
+  uint64_t triangles;     /* committed, degenerate ones included */
+  uint64_t degenerate;    /* of these, triangles without area at any time, or hidden */
+  uint64_t nodes;         /* 8-wide nodes */
+  uint64_t leaf_blocks;   /* blocks of up to 8 triangles */
+  uint64_t tree_bytes;    /* nodes and leaf blocks */
+  uint64_t mesh_bytes;    /* retained positions, indices, normals, texture coordinates, triangles' materials */
   float bounds_lo[3], bounds_hi[3]; /* over all keys; lo > hi if there is no triangle */
   double sah_at_build;              /* expected node visits of a random line through the bounds; over trees, by area */
   double sah_now;                   /* the same after refits; sah_now > 1.5 * sah_at_build asks for a rebuild */
@@ -810,7 +813,7 @@ typedef struct pktrt_mesh_info {
   uint64_t triangles;
   uint64_t degenerate; /* of these, triangles without area at each key */
   uint64_t open_edges; /* how often an edge lacks a triangle to its other side */
-  uint64_t bytes;      /* retained positions, indices, normals, texture coordinates */
+  uint64_t bytes;      /* retained positions, indices, normals, texture coordinates, materials */
   bool closed;         /* each edge has as many triangles in one direction as in the other: it has an inside */
   float lo[3], hi[3];  /* bounds over all keys; lo > hi if there is no triangle */
 } pktrt_mesh_info;
@@ -911,7 +914,7 @@ typedef struct pktrt_surface_info {
   float normal[3];         /* unit, of the triangle, on the side that the ray came from */
   float shading_normal[3]; /* unit, interpolated where the mesh has normals, else as `normal`; on the same side */
   float texcoord[2];       /* interpolated; 0 where the mesh has none */
-  uint32_t material;       /* that of the mesh */
+  uint32_t material;       /* that of the triangle */
   uint32_t instance;       /* PKTRT_NONE: the mesh was added directly */
   bool inside;             /* the ray came from where corners appear clockwise, of an instance those of its model: this
                               and not the sign of hit.normal tells, which a mirrored instance turns round */
@@ -1082,7 +1085,8 @@ typedef struct pktrt_scene_report {
   uint64_t bytes;         /* of all below but `worker` and `passes` */
   uint64_t nodes, blocks; /* bytes of the trees, at their first keys */
   uint64_t motion;        /* of trees and meshes: what further keys take */
-  uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit */
+  uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit;
+                                           indices: with which vertices a mesh keeps, and its triangles' materials */
   uint64_t texcoords;                   /* likewise */
   uint64_t ids;                         /* which triangles a block holds, for refits */
   uint64_t materials;                   /* bytes of materials and lights */
@@ -1164,7 +1168,7 @@ typedef enum pktrt_light_kind {
   PKTRT_LIGHT_QUAD,        /* a parallelogram that shines to the side of cross(edge[0], edge[1]); intensity is its
                                radiance, W/(m^2 sr) */
   PKTRT_LIGHT_SPHERE,      /* intensity is its radiance */
-  PKTRT_LIGHT_MESH,        /* the triangles of a mesh, shining from both sides with its material's emission (before any
+  PKTRT_LIGHT_MESH, /* the triangles of a mesh, shining from both sides with their material's emission (before any
                                texture); intensity is a factor on it, by channel */
   PKTRT_LIGHT_ENVIRONMENT, /* background or environment of the render, times intensity by channel, from all sides: sky
                                light, ambient occlusion */
@@ -1200,6 +1204,7 @@ PKTRT_DEF pktrt_status pktrt_remove_light(pktrt_scene *, uint32_t light);
    - Nested: glass within glass is simply put there; ior is relative to what surrounds it, so of water (1.33) in a
      bottle (1.5) it is 1.33 / 1.5. Rays remember the last four glasses (two in scenes of more than 127 materials, one
      beyond 32,767); one that was forgotten is known again where a ray meets its inside.
+   - Several materials in one mesh: the triangles of each count as a mesh of their own.
    - Touching: of faces that coincide a ray meets one, that of the lower mesh, and refracts by its ior alone; both
      glasses are entered or left there.
    - Overlapping: where none contains the other, the one entered last dims, until it is left.
@@ -1920,13 +1925,24 @@ enum {
   PKTRT__BLOCK_KEY_BYTES = 3 * 3 * 8 * sizeof(float)
 };
 
+/* What meshes have that leave out vertices, or whose triangles have materials of their own. The arrays stand behind it, in
+   one block. */
+typedef struct pktrt__mesh_names {
+  uint32_t *vertices;      /* that it keeps, ascending, as the caller numbers them; NULL: all */
+  uint32_t *materials;     /* of each triangle, and then each that occurs, ascending; NULL: that of the mesh */
+  uint32_t given_count;    /* vertices that the caller has */
+  uint32_t material_count; /* that occur */
+  uint64_t words;          /* size of the block, in uint32_t */
+} pktrt__mesh_names;
+
 typedef struct pktrt__mesh {
   float *positions; /* key_count * vertex_count * 3, committed */
   float *normals;   /* the same shape, or NULL */
   float *texcoords; /* vertex_count pairs, or NULL */
   float *pending;   /* as positions, from the first set_positions on; taken over by the next commit or refit */
   float *pending_normals;
-  uint32_t *indices; /* triangle_count * 3, or NULL for a soup */
+  uint32_t *indices;        /* triangle_count * 3, or NULL for a soup */
+  pktrt__mesh_names *names; /* or NULL; an instance borrows those of its model's mesh */
   uint32_t vertex_count, triangle_count, key_count, stride, material;
   /* Global indices of its triangles, see pktrt__number_meshes: the first, and how many, 0 until it is committed. Then
      those that a commit plans. */
@@ -1936,10 +1952,23 @@ typedef struct pktrt__mesh {
   uint32_t next;     /* among those that wait, see >>refit: 1 for the last, else 2 more than the next; 0: it does not */
   uint32_t task;     /* of the build of its tree, where it stands for a box, which is one triangle */
   bool committed, dirty, dirty_normals;
-  bool marked;       /* the next commit rebuilds its tree */
-  bool hide, hidden; /* as the next commit or refit will have it; as its tree has it */
-  bool gone, free;   /* the next commit removes it; there is none: the index waits for another */
+  bool marked : 1;           /* the next commit rebuilds its tree */
+  bool hide : 1, hidden : 1; /* as the next commit or refit will have it; as its tree has it */
+  bool gone : 1, free : 1;   /* the next commit removes it; there is none: the index waits for another */
 } pktrt__mesh;
+
+/* Returns the materials of a mesh's triangles; NULL: they have that of the mesh. */
+PKTRT__INLINE const uint32_t *pktrt__mesh_materials(const pktrt__mesh *m) {
+  return m->names ? m->names->materials : NULL;
+}
+PKTRT__INLINE uint32_t pktrt__mesh_material(const pktrt__mesh *m, uint32_t triangle) {
+  const uint32_t *materials = pktrt__mesh_materials(m);
+  return materials ? materials[triangle] : m->material;
+}
+/* Returns how many vertices the caller has. */
+PKTRT__INLINE uint32_t pktrt__mesh_given(const pktrt__mesh *m) {
+  return m->names ? m->names->given_count : m->vertex_count;
+}
 
 /* Meshes that share a tree: those of one group, number of keys and mask. */
 typedef struct pktrt__set {
@@ -4217,6 +4246,30 @@ static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pk
   return PKTRT_OK;
 }
 
+/* Checks vectors, and keeps none. */
+static pktrt_status pktrt__mesh_check_vectors(pktrt_scene *s, const pktrt__mesh_vectors *v) {
+  pktrt_status st = PKTRT_OK;
+  float checked[3 * 64];
+  for (uint32_t i = 0; i < v->count && st == PKTRT_OK; i += 64) {
+    pktrt__mesh_vectors part = *v;
+    part.from = (const float *)(const void *)((const unsigned char *)(const void *)v->from + (size_t)i * v->stride);
+    part.first = i;
+    part.count = v->count - i < 64 ? v->count - i : 64;
+    st = pktrt__mesh_copy_vectors(s, checked, &part);
+  }
+  return st;
+}
+
+/* Copies those of the caller's vectors that a mesh keeps; where it leaves out some, all have been checked. */
+static pktrt_status pktrt__mesh_copy_kept(pktrt_scene *s, const pktrt__mesh *m, float *to,
+                                          const pktrt__mesh_vectors *v) {
+  const unsigned char *from = (const unsigned char *)(const void *)v->from;
+  const uint32_t *kept = m->names ? m->names->vertices : NULL;
+  if (!kept) return v->count ? pktrt__mesh_copy_vectors(s, to, v) : PKTRT_OK;
+  for (uint32_t i = 0; i < m->vertex_count; i++) memcpy(to + 3 * (size_t)i, from + (size_t)kept[i] * v->stride, 12);
+  return PKTRT_OK;
+}
+
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
 PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
@@ -4226,6 +4279,7 @@ PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__mem_release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->pending_normals, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
+  if (m->names && !m->instance) pktrt__mem_release(d, m->names, m->names->words, sizeof(uint32_t));
 }
 
 /* Makes room for one more element; returns false when out of memory, and changes nothing then. */
@@ -4279,39 +4333,131 @@ PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc
   return PKTRT_OK;
 }
 
+/* Numbers the marked vertices of a mesh anew, in their order, and notes which they were. Returns what is behind these
+   notes. */
+PKTRT__COLD uint32_t *pktrt__mesh_renumber(pktrt__mesh *m, uint32_t *number, uint32_t *to) {
+  uint32_t kept = 0;
+  m->names->vertices = to;
+  for (uint32_t v = 0; v < m->vertex_count; v++) {
+    if (!number[v]) continue;
+    to[kept] = v;
+    number[v] = kept++;
+  }
+  for (uint64_t i = 0; m->indices && i < (uint64_t)m->triangle_count * 3; i++) m->indices[i] = number[m->indices[i]];
+  m->vertex_count = kept;
+  return to + kept;
+}
+
+/* Gives a mesh, whose indices were copied, the names that it needs: for vertices that no triangle names are left out, and
+   triangles may have materials. Where all vertices are named, and there is one material, it needs none. The caller says
+   that memory is out. */
+PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *materials, pktrt__mesh *m,
+                                                uint32_t mesh) {
+#ifdef PKTRT_NO_RENDER
+  const uint32_t last = 0;
+#else
+  const uint32_t last = materials ? s->material_count : 0;
+#endif
+  const uint32_t given = m->vertex_count;
+  if (!m->indices && !materials && given == (uint64_t)m->triangle_count * 3) return PKTRT_OK;
+  const uint64_t marks = (uint64_t)given + last + 1;
+  uint32_t kept = 0, found = 0;
+  uint32_t *number = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, marks, sizeof *number));
+  if (!number) return PKTRT_OUT_OF_MEMORY;
+  uint32_t *occurs = number + given; /* of each material */
+  pktrt_status st = PKTRT_OK;
+
+  memset(number, 0, (size_t)marks * sizeof *number);
+  for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i++) number[m->indices ? m->indices[i] : i] = 1;
+  for (uint32_t v = 0; v < given; v++) kept += number[v];
+  for (uint32_t t = 0; PKTRT__RENDER && materials && t < m->triangle_count && st == PKTRT_OK; t++) {
+    memcpy(&m->material, materials + t, sizeof m->material);
+    if (m->material <= last) occurs[m->material] = 1;
+    else
+      st = pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: it names material %u, of %u that were added",
+                       (unsigned)mesh, (unsigned)t, (unsigned)m->material, (unsigned)last);
+  }
+  for (uint32_t i = 0; i <= last; i++) found += occurs[i];
+
+  const bool all = kept == given, one = !materials || found == 1;
+  if (st == PKTRT_OK && !(all && one)) {
+    const uint64_t words = sizeof *m->names / sizeof *number + (all ? 0 : (uint64_t)kept) +
+                           (one ? 0 : (uint64_t)m->triangle_count + found);
+    m->names = PKTRT__CAST(pktrt__mesh_names *, pktrt__mem_alloc(&s->desc, words, sizeof *number));
+    if (!m->names) st = PKTRT_OUT_OF_MEMORY;
+    if (m->names) {
+      uint32_t *to = PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, m->names + 1));
+      m->names->vertices = m->names->materials = NULL;
+      m->names->given_count = given;
+      m->names->material_count = found;
+      m->names->words = words;
+      if (!all) to = pktrt__mesh_renumber(m, number, to);
+      if (!one) {
+        m->names->materials = to;
+        memcpy(to, materials, m->triangle_count * sizeof *to);
+        to += m->triangle_count;
+      }
+      for (uint32_t i = 0; !one && i <= last; i++)
+        if (occurs[i]) *to++ = i;
+    }
+  }
+  pktrt__mem_release(&s->desc, number, marks, sizeof *number);
+  return st;
+}
+
 static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
-  const uint64_t floats = pktrt__mesh_floats(m);
-  m->positions = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
   const bool normals = PKTRT__NORMALS && d->normals;
-  if (normals) m->normals = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
-  if (d->indices)
+  bool ok = true;
+  if (d->indices) {
     m->indices = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
-  const uint64_t pairs = d->texcoords ? (uint64_t)m->vertex_count * 2 : 0;
-  if (pairs) m->texcoords = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, pairs, sizeof(float)));
-  if (!m->positions || (normals && !m->normals) || (d->indices && !m->indices) || (pairs && !m->texcoords))
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
-                       (unsigned)mesh, (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
-  for (uint64_t i = 0; d->indices && i < (uint64_t)d->triangle_count * 3; i++) {
+    ok = m->indices != NULL;
+  }
+  for (uint64_t i = 0; m->indices && i < (uint64_t)d->triangle_count * 3; i++) {
     memcpy(&m->indices[i], d->indices + i, sizeof *m->indices);
     if (m->indices[i] >= d->vertex_count)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u",
                          (unsigned)mesh, (unsigned)(i / 3), (unsigned)m->indices[i], (unsigned)d->vertex_count);
   }
-  for (uint64_t i = 0; i < pairs; i++) {
-    memcpy(&m->texcoords[i], d->texcoords + i, sizeof *m->texcoords);
-    if (!pktrt__is_finite(m->texcoords[i]))
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, texcoord %u: %c is %g", (unsigned)mesh, (unsigned)(i / 2),
-                         i % 2 ? 'v' : 'u', (double)m->texcoords[i]);
+  if (ok) {
+    const bool told = ((int)PKTRT__RENDER | (int)PKTRT__SURFACES) && m->triangle_count;
+    const pktrt_status st = pktrt__mesh_find_names(s, told ? d->triangle_materials : NULL, m, mesh);
+    if (st == PKTRT_INVALID_ARGUMENT) return st;
+    ok = st == PKTRT_OK;
   }
-  const uint64_t key_bytes = (uint64_t)m->stride * m->vertex_count;
-  for (uint32_t k = 0; m->vertex_count && k < m->key_count; k++) {
-    const uint64_t at = (uint64_t)k * m->vertex_count * 3;
-    const float *from =
-        (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
-    pktrt__mesh_vectors v = {from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k, 0, "vertex"};
-    pktrt_status st = pktrt__mesh_copy_vectors(s, m->positions + at, &v);
-    if (normals) v.from = d->normals + at, v.stride = 12, v.limit = FLT_MAX, v.what = "normal";
-    if (st == PKTRT_OK && normals) st = pktrt__mesh_copy_vectors(s, m->normals + at, &v);
+
+  const uint32_t *vertices = m->names ? m->names->vertices : NULL, given = pktrt__mesh_given(m);
+  const uint64_t floats = pktrt__mesh_floats(m);
+  const uint64_t pairs = d->texcoords ? (uint64_t)m->vertex_count * 2 : 0;
+  if (ok) m->positions = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
+  if (ok && normals) m->normals = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
+  if (ok && pairs) m->texcoords = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, pairs, sizeof(float)));
+  if (!m->positions || (normals && !m->normals) || (pairs && !m->texcoords))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
+                       (unsigned)mesh, (unsigned)given, (unsigned)m->key_count, (unsigned)m->triangle_count);
+
+  for (uint32_t v = 0, kept = 0; d->texcoords && v < given; v++) {
+    float at[2];
+    memcpy(at, d->texcoords + 2 * (size_t)v, sizeof at);
+    for (int i = 0; i < 2; i++)
+      if (!pktrt__is_finite(at[i]))
+        return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, texcoord %u: %c is %g", (unsigned)mesh, (unsigned)v,
+                           'u' + i, (double)at[i]);
+    if (vertices && (kept == m->vertex_count || vertices[kept] != v)) continue;
+    memcpy(m->texcoords + 2 * (size_t)kept++, at, sizeof at);
+  }
+
+  for (uint32_t i = 0; i < (normals ? 2 : 1) * m->key_count; i++) {
+    const uint32_t k = i % m->key_count;
+    const bool bends = i >= m->key_count;
+    const uint64_t key_bytes = (uint64_t)(bends ? 12 : m->stride) * given;
+    const float *all = bends ? d->normals : d->positions;
+    float *to = (bends ? m->normals : m->positions) + (uint64_t)k * m->vertex_count * 3;
+    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : m->stride,     bends ? FLT_MAX : PKTRT_MAX_COORD, mesh,
+                             k,    0,     bends ? "normal" : "vertex"};
+    if (!v.count) continue;
+    v.from = (const float *)(const void *)((const unsigned char *)(const void *)all + (size_t)(k * key_bytes));
+    pktrt_status st = vertices ? pktrt__mesh_check_vectors(s, &v) : PKTRT_OK;
+    if (st == PKTRT_OK) st = pktrt__mesh_copy_kept(s, m, to, &v);
     if (st != PKTRT_OK) return st;
   }
   return PKTRT_OK;
@@ -6352,9 +6498,10 @@ typedef struct pktrt__light_view {
   float time;
 } pktrt__light_view;
 /* Takes a point `at` of a light, for u in [0,1)^2 (NULL: its middle). Returns the irradiance of a surface that faces it,
-   for radiance or intensity 1; for lights with extent that is one over the density of the point, by solid angle. */
+   for radiance or intensity 1; for lights with extent that is one over the density of the point, by solid angle. Changes
+   `color`, that of the light, where the point has another. */
 typedef double pktrt__light_sample(const pktrt__render_state *, uint32_t light, const float u[2],
-                                   const pktrt__light_view *, double at[3]);
+                                   const pktrt__light_view *, double at[3], double color[3]);
 /* Finds the point `at` of a light in a direction of unit length. Returns one over the density that it is sampled with;
    0: there is none. */
 typedef double pktrt__light_meet(const pktrt__render_state *, uint32_t light, const pktrt__light_view *,
@@ -6539,7 +6686,7 @@ typedef struct pktrt__shadow_list {
 /* A request for rays of one type that surfaces send out. Their key is (key of the ray before + 1) * times + plus. */
 typedef struct pktrt__spawn_request {
   const pktrt_scene *scene;
-  const struct pktrt__glass_mesh *glass; /* see pktrt__render_state */
+  const struct pktrt__glass_part *glass; /* see pktrt__render_state */
   bool refraction;
   bool lobes;      /* some are of lobes */
   float threshold; /* the least importance of a ray */
@@ -6554,12 +6701,16 @@ typedef struct pktrt__glass_box {
   uint32_t next;
 } pktrt__glass_box;
 enum { PKTRT__BESIDE = 6 };
-typedef struct pktrt__glass_mesh { /* the box of one mesh, over all its keys */
+/* The box of one mesh, over all its keys. Of a mesh of several materials the triangles of each count as a mesh, a part:
+   these come after all meshes. */
+typedef struct pktrt__glass_part {
   float lo[3], hi[3];
-  bool closed;                    /* a closed mesh of glass: only these have a box */
+  uint32_t first_part;            /* where the parts of this mesh begin; it is its own if it has one material */
+  uint32_t material;              /* of this part */
+  bool closed;                    /* a closed part of glass: only these have a box */
   uint32_t beside[PKTRT__BESIDE]; /* other closed meshes whose boxes touch this one, as far as there is room, */
   uint32_t beside_count;          /* and how many there are */
-} pktrt__glass_mesh;
+} pktrt__glass_part;
 typedef struct pktrt__glass_boxes {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
   uint32_t room;           /* how many boxes there is room for */
@@ -6580,6 +6731,40 @@ typedef struct pktrt__camera_plane {
 
 PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uint32_t material) {
   return material ? &s->materials[material - 1] : &s->plain;
+}
+/* Returns how many materials occur in a mesh, and one of them. */
+static uint32_t pktrt__mesh_material_count(const pktrt__mesh *m) {
+  return pktrt__mesh_materials(m) ? m->names->material_count : 1;
+}
+static uint32_t pktrt__mesh_material_at(const pktrt__mesh *m, uint32_t i) {
+  const uint32_t *materials = pktrt__mesh_materials(m);
+  return materials ? materials[m->triangle_count + i] : m->material;
+}
+/* What renders ask about materials, as bits. */
+enum {
+  PKTRT__MATERIAL_GLASS = 1,  /* glass without a shader */
+  PKTRT__MATERIAL_CUTOUT = 2, /* it may have transparent points */
+  PKTRT__MATERIAL_HOOKED = 4, /* it has a texture or a shader */
+  PKTRT__MATERIAL_EMITS = 8
+};
+static bool pktrt__material_is_glass(const pktrt_material *mat) {
+  return mat->specular == PKTRT_SPECULAR_DIELECTRIC && !mat->shader;
+}
+static uint32_t pktrt__material_traits(const pktrt_scene *s, uint32_t material) {
+  const pktrt_material *mat = pktrt__material_of(s, material);
+  const bool emits = mat->emission[0] > 0 || mat->emission[1] > 0 || mat->emission[2] > 0;
+  uint32_t traits = mat->texture || mat->shader ? PKTRT__MATERIAL_HOOKED : 0;
+  if (pktrt__material_is_glass(mat)) traits |= PKTRT__MATERIAL_GLASS;
+  if (PKTRT__SURFACES && mat->cutout) traits |= PKTRT__MATERIAL_CUTOUT;
+  if (emits) traits |= PKTRT__MATERIAL_EMITS;
+  return traits;
+}
+/* Returns the traits that materials of a mesh have. */
+static uint32_t pktrt__mesh_traits(const pktrt_scene *s, const pktrt__mesh *m) {
+  uint32_t traits = 0;
+  for (uint32_t i = 0; i < pktrt__mesh_material_count(m); i++)
+    traits |= pktrt__material_traits(s, pktrt__mesh_material_at(m, i));
+  return traits;
 }
 PKTRT__INLINE float pktrt__material_ior(const pktrt_material *mat, int a) {
   return mat->ior[a] > 0 ? mat->ior[a] : 1.5f;
@@ -6602,7 +6787,7 @@ PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *, uint32_t mesh
                                               float n[3][3]);
 static void pktrt__mesh_corner_at(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                                   float out[3]);
-static void pktrt__material_weights_rest(const pktrt_scene *, const pktrt__glass_mesh *, const pktrt__wave *,
+static void pktrt__material_weights_rest(const pktrt_scene *, const pktrt__glass_part *, const pktrt__wave *,
                                          pktrt__surfaces *, uint32_t i, uint32_t metal, uint32_t glass);
 static void pktrt__light_lobe_values(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes,
                                      float (*to)[8], const pktrt__light_samples *listed, float lobe[8]);
@@ -6676,7 +6861,7 @@ typedef struct pktrt__kernel_table {
      sets `seen` of n shadow rays to 0 or 1, lists the lanes of blocked ones that may meet glass, and returns how many,
      some too many. add_direct_light adds `seen` of what arrives by n shadow rays. spawn_rays appends reflected or
      refracted rays to the n of a wave, and returns how many it has then. */
-  void (*evaluate_materials)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
+  void (*evaluate_materials)(const pktrt_scene *, const pktrt__glass_part *, bool follow, const float ambient[3],
                              const pktrt__wave *, pktrt__surfaces *);
   void (*shadow_rays)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *,
                       pktrt__shadow_rays *);
@@ -11398,7 +11583,7 @@ PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   }
 }
 
-static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, bool follow,
+static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glass_part *meshes, bool follow,
                                      const float ambient[3], const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t i = 0; i < s->count; i += 8) {
     const uint32_t lanes = pktrt__lanes_first(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
@@ -13148,7 +13333,7 @@ PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, ui
                 (unsigned)m->key_count);
     return NULL;
   }
-  if (!data && m->vertex_count) {
+  if (!data && pktrt__mesh_given(m)) {
     pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u, key %u: the array is NULL", what, (unsigned)mesh,
                 (unsigned)key);
     return NULL;
@@ -13160,15 +13345,8 @@ PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, ui
 static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, float *current, float **pending,
                                             bool *dirty, const pktrt__mesh_vectors *v) {
   const uint64_t floats = pktrt__mesh_floats(m), at = (uint64_t)v->key * m->vertex_count * 3;
-  float checked[3 * 64]; /* look at everything before the first write */
-  for (uint32_t i = 0; i < v->count; i += 64) {
-    pktrt__mesh_vectors part = *v;
-    part.from = (const float *)(const void *)((const unsigned char *)(const void *)v->from + (size_t)i * v->stride);
-    part.first = i;
-    part.count = v->count - i < 64 ? v->count - i : 64;
-    const pktrt_status st = pktrt__mesh_copy_vectors(s, checked, &part);
-    if (st != PKTRT_OK) return st;
-  }
+  const pktrt_status st = pktrt__mesh_check_vectors(s, v); /* of everything before the first write */
+  if (st != PKTRT_OK) return st;
   const bool current_inside = *pending && *dirty;
   if (!*pending) {
     *pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
@@ -13179,7 +13357,7 @@ static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, floa
   if (!current_inside && m->key_count > 1) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
   pktrt__mesh_wait(s, m);
-  return v->count ? pktrt__mesh_copy_vectors(s, *pending + at, v) : PKTRT_OK;
+  return pktrt__mesh_copy_kept(s, m, *pending + at, v);
 }
 
 PKTRT__NOINLINE pktrt_status pktrt__do_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key,
@@ -13187,7 +13365,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_positions(pktrt_scene *s, uint32_t me
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  const pktrt__mesh_vectors v = {positions, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
+  const pktrt__mesh_vectors v = {positions, pktrt__mesh_given(m), m->stride, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
   return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, &v);
 }
 
@@ -13198,7 +13376,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_normals(pktrt_scene *s, uint32_t mesh
   if (!m) return PKTRT_INVALID_ARGUMENT;
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
-  const pktrt__mesh_vectors v = {normals, m->vertex_count, 12, FLT_MAX, mesh, key, 0, "normal"};
+  const pktrt__mesh_vectors v = {normals, pktrt__mesh_given(m), 12, FLT_MAX, mesh, key, 0, "normal"};
   return pktrt__mesh_set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, &v);
 }
 #endif
@@ -13306,6 +13484,9 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_model(pktrt_scene *s, const pktrt_mes
   s->models = PKTRT__CAST(pktrt_scene **, models);
   pktrt_scene *m = pktrt__do_scene_create(&s->desc);
   if (!m) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory", index);
+#ifndef PKTRT_NO_RENDER
+  m->material_count = s->material_count; /* which its triangles may name */
+#endif
   pktrt_status st = PKTRT_OK;
   for (uint32_t i = 0; i < mesh_count && st == PKTRT_OK; i++) {
     pktrt_mesh_desc mesh = meshes[i];
@@ -13512,6 +13693,7 @@ PKTRT__COLD void pktrt__instance_put_meshes(pktrt_scene *s, const pktrt__instanc
     memset(&m, 0, sizeof m);
     m.triangle_count = in->model->meshes[i].triangle_count;
     m.material = in->model->meshes[i].material;
+    m.names = in->model->meshes[i].names;
     m.instance = index + 1;
     m.set = PKTRT_NONE;
     pktrt__mesh_put(s, in->first_mesh + i, &m);
@@ -13732,11 +13914,16 @@ PKTRT__COLD uint32_t pktrt__feature_of_mesh(const pktrt_scene *s, uint32_t mesh)
   return found;
 }
 
-/* Returns the bytes of a mesh'"'"'s arrays. */
+/* Returns the bytes of what names a mesh's vertices and materials. */
+static uint64_t pktrt__mesh_index_bytes(const pktrt__mesh *m) {
+  uint64_t words = m->names && !m->instance ? m->names->words : 0;
+  if (m->indices) words += (uint64_t)m->triangle_count * 3;
+  return words * sizeof(uint32_t);
+}
+/* Returns the bytes of a mesh's arrays. */
 static uint64_t pktrt__mesh_bytes(const pktrt__mesh *m) {
   const uint64_t arrays = 1u + (m->normals != NULL) + (m->pending != NULL) + (m->pending_normals != NULL);
-  uint64_t bytes = arrays * pktrt__mesh_floats(m) * sizeof(float);
-  if (m->indices) bytes += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+  uint64_t bytes = arrays * pktrt__mesh_floats(m) * sizeof(float) + pktrt__mesh_index_bytes(m);
   if (m->texcoords) bytes += (uint64_t)m->vertex_count * 2 * sizeof(float);
   return bytes;
 }
@@ -13778,7 +13965,7 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
 }
 
 /* Hashes a vertex by its positions at all keys, and below, an edge: with opposite signs for its two directions. */
-static uint64_t pktrt__mesh_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
+PKTRT__NOINLINE uint64_t pktrt__mesh_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
   uint64_t number = 0;
   for (uint32_t key = 0; key < m->key_count; key++) {
     const float *p = m->positions + ((uint64_t)key * m->vertex_count + vertex) * 3;
@@ -14788,22 +14975,22 @@ PKTRT__COLD int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray
   return along > 0 ? 1 : -1;
 }
 
-/* Tells of each crossing of a ray, in order: the mesh, and whether it is left or entered. */
-static void pktrt__crossing_each(const pktrt_scene *s, const pktrt_ray *ray, void (*tell)(void *, uint32_t, int),
-                                 void *of) {
+/* Tells of each crossing of a ray, in order: the hit, and whether the mesh is left or entered. */
+static void pktrt__crossing_each(const pktrt_scene *s, const pktrt_ray *ray,
+                                 void (*tell)(void *, const pktrt_hit *, int), void *of) {
   pktrt_hit at;
   for (bool hit = pktrt__crossing_next(s, ray, NULL, &at, NULL); hit;
        hit = pktrt__crossing_next(s, ray, &at, &at, NULL))
-    tell(of, at.mesh, pktrt__crossing_exits(s, ray, &at));
+    tell(of, &at, pktrt__crossing_exits(s, ray, &at));
 }
 
 typedef struct pktrt__crossing_sum {
   uint32_t mesh;
   int exits; /* minus entries */
 } pktrt__crossing_sum;
-static void pktrt__crossing_count(void *of, uint32_t mesh, int exits) {
+static void pktrt__crossing_count(void *of, const pktrt_hit *hit, int exits) {
   pktrt__crossing_sum *sum = PKTRT__CAST(pktrt__crossing_sum *, of);
-  if (mesh == sum->mesh) sum->exits += exits;
+  if (hit->mesh == sum->mesh) sum->exits += exits;
 }
 PKTRT__COLD int pktrt__do_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
   static const float ahead[3] = {1, 0, 0};
@@ -14909,7 +15096,7 @@ PKTRT__NOINLINE void pktrt__do_surface(const pktrt_scene *s, const pktrt_ray *ra
   for (int a = 0; a < 3; a++)
     out->position[a] = (float)x.at[a], out->normal[a] = (float)n[a], out->shading_normal[a] = (float)(side * ns[a]);
   pktrt__texcoord_at(s, hit->mesh, hit->triangle, hit->u, hit->v, out->texcoord);
-  out->material = m->material;
+  out->material = pktrt__mesh_material(m, hit->triangle);
   if (m->instance) out->instance = m->instance - 1;
 }
 PKTRT__NOINLINE void pktrt__do_surface_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
@@ -15526,8 +15713,9 @@ PKTRT__COLD bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uin
 typedef struct pktrt__light_triangle { /* where it is, if its mesh has one key */
   double corner[3], edge[2][3];
   double normal[3], magnitude; /* cross product of the edges, and its magnitude */
-  double area;                 /* at rest, or the largest over its mesh's keys and half-way between them */
-  uint32_t triangle;           /* of its mesh */
+  double area;       /* at rest, or the largest over its mesh's keys and half-way between them; times `part` */
+  uint32_t triangle; /* of its mesh */
+  float part;        /* of the light's strength that it has: 1 if all triangles have one material */
 } pktrt__light_triangle;
 typedef struct pktrt__light_cluster { /* triangles that lie together: half of those of the cluster above */
   double middle[3], r2;               /* of a sphere around them at rest; r2: its radius, squared */
@@ -15566,11 +15754,11 @@ typedef struct pktrt__environment {
 /* What is known of a light before the first ray. */
 struct pktrt__light_data {
   double middle[3], radius; /* mesh: of a sphere around it */
-  double area;              /* quad, mesh */
+  double area;              /* quad, mesh: of each triangle times its part of the strength, here and in `facing` */
   double near2;             /* quad: squared distance of its middle, within which its solid angle is sampled */
   double facing[3];         /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
   double strength;          /* radiance or intensity: of its largest component, */
-  float color[3];           /* and all three relative to that; products stay in range so */
+  float color[3]; /* and all three relative to that; products stay in range so. Mesh: the mean of its triangles */
   pktrt__light_target target;
   pktrt__light_triangle *triangles; /* mesh: neighbours lie near each other */
   pktrt__light_cdf *cdf;
@@ -15645,10 +15833,11 @@ struct pktrt__render_state {
   bool draws;                      /* scattering events or lights take samples */
   bool watched;                    /* who looks at packets wants to know what their rays add to */
   pktrt__glass_boxes glass;
-  pktrt__glass_mesh *glass_meshes; /* for each committed mesh; NULL: no glass is seen */
-  bool starts_in_glass;            /* perhaps: the camera stands in the box of a mesh of glass */
-  bool passes_glass;               /* shadow rays do */
-  bool cutouts;                    /* there are materials with transparent points */
+  pktrt__glass_part *glass_parts; /* for each committed mesh, then for parts of meshes; NULL: no glass is seen */
+  uint32_t glass_part_count;      /* how many */
+  bool starts_in_glass;           /* perhaps: the camera stands in the box of a mesh of glass */
+  bool passes_glass;              /* shadow rays do */
+  bool cutouts;                   /* there are materials with transparent points */
 };
 
 PKTRT__COLD bool pktrt__render_check_sizes(const pktrt_render_desc *d, pktrt__refusal *why) {
@@ -15745,11 +15934,13 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
     const pktrt__mesh *m = &s->meshes[i];
     found |= pktrt__feature_of_mesh(s, i);
     if (!m->triangle_count || m->material > s->material_count) continue; /* refused by renders */
-    const pktrt_material *mat = pktrt__material_of(s, m->material);
-    if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
-    if (mat->cutout) found |= PKTRT_FEATURE_SURFACES;
-    if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
-    found |= pktrt__specular_rows[mat->specular].feature;
+    for (uint32_t k = 0; k < pktrt__mesh_material_count(m); k++) {
+      const pktrt_material *mat = pktrt__material_of(s, pktrt__mesh_material_at(m, k));
+      if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
+      if (mat->cutout) found |= PKTRT_FEATURE_SURFACES;
+      if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
+      found |= pktrt__specular_rows[mat->specular].feature;
+    }
   }
   for (uint32_t i = 0; i < s->light_count; i++)
     if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_AREA)) found |= PKTRT_FEATURE_AREA_LIGHTS;
@@ -15852,6 +16043,29 @@ static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f)
   }
 }
 
+/* Returns the radiance of a material as a light has it, of its largest component, and of all three. */
+PKTRT__COLD double pktrt__light_emission(const pktrt_scene *s, const pktrt_light *l, uint32_t material,
+                                         double emitted[3]) {
+  const pktrt_material *mat = pktrt__material_of(s, material);
+  double most = 0;
+  for (int a = 0; a < 3; a++) {
+    emitted[a] = (double)l->intensity[a] * (double)mat->emission[a];
+    most = pktrt__max(most, emitted[a]);
+  }
+  return most;
+}
+/* Returns which part of its light's strength a triangle of a mesh has, and its colour relative to that strength; where all
+   have one material, 1, and leaves the colour as it is. */
+PKTRT__NOINLINE double pktrt__light_part(const pktrt_scene *s, const pktrt_light *l, const pktrt__light_data *light,
+                                         uint32_t triangle, double color[3]) {
+  const uint32_t *materials = pktrt__mesh_materials(&s->meshes[l->mesh]);
+  if (!materials) return 1;
+  const double unit = 1 / pktrt__max(light->strength, DBL_MIN);
+  const double most = pktrt__light_emission(s, l, materials[triangle], color);
+  for (int a = 0; a < 3; a++) color[a] *= unit;
+  return most * unit;
+}
+
 /* Fills in a light's triangle at key 0, which RCS and WRT take for all keys, and its normal, as long as two areas;
    returns the largest area over its keys and half-way between them. Between two keys the normal is a quadratic in time:
    if it is zero at both, it is zero half-way only if it is zero throughout. */
@@ -15912,7 +16126,7 @@ PKTRT__COLD void pktrt__light_make_clusters(pktrt__light_data *light) {
     for (uint32_t i = first; i < first + n; i++) {
       const pktrt__light_triangle *f = &light->triangles[i];
       c->area += f->area;
-      for (int a = 0; a < 3; a++) c->facing[a] += 0.5 * f->normal[a];
+      for (int a = 0; a < 3; a++) c->facing[a] += 0.5 * (double)f->part * f->normal[a];
       for (int a = 0; a < 3; a++) c->middle[a] += (f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3) / n;
     }
     for (uint64_t i = 0; i < 3 * (uint64_t)n; i++) {
@@ -15950,8 +16164,9 @@ PKTRT__COLD void pktrt__light_find_back(pktrt__light_data *light) {
 /* Fills in the triangles of a mesh that is a light, its cdf and its clusters. They are sorted by key, then number: the
    sample's first coordinate runs through all of them, and where it is stratified, so is the light's surface if
    neighbours in the order are neighbours in space. */
-PKTRT__COLD bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktrt__mesh *m,
+PKTRT__COLD bool pktrt__light_make_triangles(const pktrt_scene *s, const pktrt_light *l, const pktrt__mesh *m,
                                              pktrt__light_data *light, const double lo[3], double size) {
+  const pktrt_scene_desc *desc = &s->desc;
   const uint32_t n = light->triangle_count = m->triangle_count;
   double sum = 0, ignored[3];
   uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(desc, n, sizeof *key));
@@ -15965,7 +16180,8 @@ PKTRT__COLD bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const
   for (uint32_t i = 0; ok && i < n; i++) {
     pktrt__light_triangle *f = &light->triangles[i];
     f->triangle = (uint32_t)key[i];
-    f->area = pktrt__light_set_triangle(m, f->triangle, f, ignored);
+    f->part = (float)pktrt__light_part(s, l, light, f->triangle, ignored);
+    f->area = (double)f->part * pktrt__light_set_triangle(m, f->triangle, f, ignored);
     light->cdf[i].sum = sum += f->area;
   }
   for (uint32_t i = 0, at = 0; ok && i < n; i++) {
@@ -15985,17 +16201,23 @@ PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, co
   if (shown.hidden) shown.triangle_count = 0;
   const pktrt__mesh *m = &shown;
   double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
+  double color[3] = {0, 0, 0};
   for (uint32_t i = 0; i < m->triangle_count; i++) {
     pktrt__light_triangle f;
+    double of[3] = {0, 0, 0};
+    const double part = pktrt__light_part(render->scene, l, light, i, of);
     (void)pktrt__light_set_triangle(m, i, &f, normal);
-    const double area = 0.5 * f.magnitude;
+    const double area = 0.5 * part * f.magnitude;
     light->area += area;
     for (int a = 0; a < 3; a++) {
-      light->facing[a] += 0.5 * normal[a];
+      color[a] += 0.5 * f.magnitude * of[a];
+      light->facing[a] += 0.5 * part * normal[a];
       light->middle[a] += area * (f.corner[a] + (f.edge[0][a] + f.edge[1][a]) / 3);
     }
   }
   for (int a = 0; a < 3 && light->area > 0; a++) light->middle[a] /= light->area;
+  for (int a = 0; a < 3 && light->area > 0 && pktrt__mesh_materials(m); a++)
+    light->color[a] = (float)(color[a] / light->area);
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * m->key_count; i++) {
     float p[3][3];
     pktrt__mesh_triangle(m, false, (uint32_t)(i % m->triangle_count), (uint32_t)(i / m->triangle_count), p);
@@ -16010,7 +16232,7 @@ PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, co
     }
   }
   for (int a = 0; a < 3; a++) size = pktrt__max(size, hi[a] - lo[a]);
-  return !render->distribute || pktrt__light_make_triangles(&render->scene->desc, m, light, lo, size);
+  return !render->distribute || pktrt__light_make_triangles(render->scene, l, m, light, lo, size);
 }
 
 PKTRT__COLD void pktrt__light_free_all(pktrt__render_state *render) {
@@ -16275,19 +16497,18 @@ static void pktrt__light_choose_half(const pktrt__light_view *from, pktrt__light
 /* Tells whether rays of lobes share what they find of a light with its samples: if that is the same light. */
 PKTRT__COLD bool pktrt__light_is_found(const pktrt__render_state *render, uint32_t index) {
   const pktrt_light *l = &render->scene->lights[index];
-  const pktrt_material *mat = NULL;
+  const bool emissive = pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE);
   bool first = true;
   if (!render->distribute || !render->follow || !pktrt__render_uses(render, PKTRT_FEATURE_GLOSS) ||
       !pktrt__light_has(l, PKTRT__LIGHT_HIT))
     return false;
-  if (pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE))
-    mat = pktrt__material_of(render->scene, render->scene->meshes[l->mesh].material);
   for (uint32_t i = 0; i < index; i++) {
     const pktrt_light *other = &render->scene->lights[i];
-    first = first && (other->kind != l->kind || (mat && other->mesh != l->mesh));
+    first = first && (other->kind != l->kind || (emissive && other->mesh != l->mesh));
   }
   const bool plain = l->intensity[0] == 1 && l->intensity[1] == 1 && l->intensity[2] == 1;
-  return first && plain && !(mat && (mat->texture || mat->shader));
+  return first && plain &&
+         !(emissive && (pktrt__mesh_traits(render->scene, &render->scene->meshes[l->mesh]) & PKTRT__MATERIAL_HOOKED));
 }
 
 /* Finds out how lobes find lights that rays hit. False: out of memory. */
@@ -16342,13 +16563,15 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
   for (uint32_t i = 0; ok && i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     pktrt__light_data *light = &render->lights[i];
-    const bool emissive = pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE);
-    const pktrt_material *mat = emissive ? pktrt__material_of(s, s->meshes[l->mesh].material) : NULL;
+    const pktrt__mesh *m = pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE) ? &s->meshes[l->mesh] : NULL;
     double emitted[3];
     for (int a = 0; a < 3; a++) {
-      emitted[a] = (double)l->intensity[a] * (mat ? (double)mat->emission[a] : 1);
-      light->strength = pktrt__max(emitted[a], light->strength);
+      emitted[a] = (double)l->intensity[a];
+      if (!m) light->strength = pktrt__max(emitted[a], light->strength);
     }
+    for (uint32_t k = 0; m && k < pktrt__mesh_material_count(m); k++)
+      light->strength =
+          pktrt__max(light->strength, pktrt__light_emission(s, l, pktrt__mesh_material_at(m, k), emitted));
     for (int a = 0; a < 3; a++) light->color[a] = light->strength > 0 ? (float)(emitted[a] / light->strength) : 0;
     ok = pktrt__light_rows[l->kind].prepare(render, l, light);
   }
@@ -16362,8 +16585,8 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
   return ok;
 }
 static double pktrt__light_sample_middle(const pktrt__render_state *render, uint32_t light, const float u[2],
-                                         const pktrt__light_view *from, double at[3]) {
-  (void)u, (void)from;
+                                         const pktrt__light_view *from, double at[3], double color[3]) {
+  (void)u, (void)from, (void)color;
   memcpy(at, render->lights[light].middle, 3 * sizeof *at);
   return 1;
 }
@@ -16608,7 +16831,8 @@ static void pktrt__light_map_rectangle(const pktrt__light_quad *q, double u, dou
 }
 
 static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32_t index, const float u[2],
-                                       const pktrt__light_view *from, double at[3]) {
+                                       const pktrt__light_view *from, double at[3], double color[3]) {
+  (void)color;
   const double x = (double)u[0], y = (double)u[1];
   double d[3], part[2] = {x, y};
   pktrt__light_quad q;
@@ -16648,7 +16872,8 @@ PKTRT__COLD double pktrt__light_meet_quad(const pktrt__render_state *render, uin
    angle has the sine R / distance; from within, all directions. Its middle, in the other modes, has the exact irradiance
    pi R^2 / distance^2; these modes have no direction to take within. */
 static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint32_t index, const float u[2],
-                                         const pktrt__light_view *from, double at[3]) {
+                                         const pktrt__light_view *from, double at[3], double color[3]) {
+  (void)color;
   const pktrt_light *l = &render->scene->lights[index];
   double axis[3], disk[2], to[3], d2 = 0;
   const double radius = (double)l->radius;
@@ -16785,7 +17010,8 @@ PKTRT__COLD void pktrt__environment_draw(const pktrt__environment *e, double u, 
 /* Samples directions over the hemisphere by their cosine, and where the environment is far brighter than in the mean, from
    its table: the density is that of both together. */
 static double pktrt__light_sample_environment(const pktrt__render_state *render, uint32_t index, const float u[2],
-                                              const pktrt__light_view *from, double at[3]) {
+                                              const pktrt__light_view *from, double at[3], double color[3]) {
+  (void)color;
   const pktrt__environment *e = render->environment;
   const double share = e ? e->share : 0;
   (void)index;
@@ -17033,7 +17259,7 @@ PKTRT__COLD double pktrt__light_triangle_spread(const pktrt__light_triangle *f, 
 /* Samples a point on the triangle that u[0] falls to, moved off the light farther than a ray that arrives can err: its
    direction is rounded, eps of the distance, and so is t. */
 static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32_t index, const float u[2],
-                                       const pktrt__light_view *from, double at[3]) {
+                                       const pktrt__light_view *from, double at[3], double color[3]) {
   const pktrt__mesh *m = &render->scene->meshes[render->scene->lights[index].mesh];
   const pktrt__light_data *light = &render->lights[index];
   if (!(light->triangle_count && light->clusters->area > 0)) return 0;
@@ -17041,8 +17267,9 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
   const bool moving = pktrt__has_motion(m->key_count);
   pktrt__light_triangle moved;
   pktrt__solid_angle s;
-  const pktrt__light_triangle *f = pktrt__light_triangle_at(
-      m, &light->triangles[pktrt__light_find(light, moving, from->point, &x, 0, &inverse)], from->time, &moved);
+  const uint32_t place = pktrt__light_find(light, moving, from->point, &x, 0, &inverse);
+  const pktrt__light_triangle *f = pktrt__light_triangle_at(m, &light->triangles[place], from->time, &moved);
+  (void)pktrt__light_part(render->scene, &render->scene->lights[index], light, light->triangles[place].triangle, color);
   for (int a = 0; a < 3; a++) d[a] = f->corner[a] - from->point[a];
   if (!(fabs(pktrt__dot(d, f->normal)) > pktrt__light_least_height(from->point) * f->magnitude)) return 0;
   x = pktrt__min(pktrt__max(x, 0), 1);
@@ -17091,26 +17318,18 @@ static double pktrt__light_mesh_spread(const pktrt__render_state *render, uint32
    traced again for the sake of one box around them all, one in seven meets the innermost ones. */
 enum { PKTRT__GLASS_DEPTH = 7 };
 
-static bool pktrt__material_is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
-  const pktrt_material *mat = pktrt__material_of(s, m->material);
-  return mat->specular == PKTRT_SPECULAR_DIELECTRIC && !mat->shader;
-}
-
-static bool pktrt__material_is_cutout(const pktrt_scene *s, const pktrt__mesh *m) {
-  return PKTRT__SURFACES && pktrt__material_of(s, m->material)->cutout;
-}
-/* Tells whether shadow rays may pass a mesh. */
-static bool pktrt__glass_is_passed(const pktrt__render_state *render, const pktrt__mesh *m) {
-  return (render->passes_glass && pktrt__material_is_glass(render->scene, m)) ||
-         pktrt__material_is_cutout(render->scene, m);
+/* Tells whether shadow rays may pass what has these traits. */
+static bool pktrt__glass_is_passed(const pktrt__render_state *render, uint32_t traits) {
+  return (traits & (render->passes_glass ? PKTRT__MATERIAL_GLASS | PKTRT__MATERIAL_CUTOUT : PKTRT__MATERIAL_CUTOUT)) !=
+         0;
 }
 
 static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
-/* Tells whether rays of the camera, which start within `reach` of its eye, may start in the box of a mesh of glass. */
-static bool pktrt__glass_contains_camera(const pktrt_camera *c, float reach, const pktrt__glass_mesh *g) {
+/* Tells whether rays of the camera, which start within `reach` of its eye, may start in the box of a part of glass. */
+static bool pktrt__glass_contains_camera(const pktrt_camera *c, float reach, const pktrt__glass_part *g) {
   bool apart = false;
   for (int a = 0; a < 3; a++) {
     const float end = c->moving ? c->eye_end[a] : c->eye[a];
@@ -17135,8 +17354,8 @@ static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__gla
 }
 
 /* Widens a box by a triangle at all its keys. */
-static void pktrt__glass_widen_by(const pktrt_scene *s, const pktrt__mesh *m, uint32_t triangle,
-                                  pktrt__glass_box *box) {
+PKTRT__COLD void pktrt__glass_widen_by(const pktrt_scene *s, const pktrt__mesh *m, uint32_t triangle,
+                                       pktrt__glass_box *box) {
   if (m->instance) { /* by all of it */
     const pktrt__mesh *all = &s->boxes->meshes[m->instance - 1];
     for (uint32_t key = 0; key < all->key_count; key++)
@@ -17150,7 +17369,7 @@ static void pktrt__glass_widen_by(const pktrt_scene *s, const pktrt__mesh *m, ui
 }
 
 /* Returns how many parts of a mesh have boxes of their own: all of an instance has one. */
-static uint32_t pktrt__glass_parts(const pktrt__mesh *m) {
+static uint32_t pktrt__glass_pieces(const pktrt__mesh *m) {
   return m->instance && m->triangle_count ? 1 : m->triangle_count;
 }
 
@@ -17160,11 +17379,14 @@ static uint32_t pktrt__glass_make_boxes(const pktrt__render_state *render, bool 
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    for (uint32_t t = 0; t < pktrt__glass_parts(m) && pktrt__glass_is_passed(render, m); t++) {
+    const uint32_t before = n, traits = pktrt__mesh_traits(s, m);
+    for (uint32_t t = 0; t < pktrt__glass_pieces(m) && pktrt__glass_is_passed(render, traits); t++) {
       pktrt__glass_box box;
+      if (!m->instance && !pktrt__glass_is_passed(render, pktrt__material_traits(s, pktrt__mesh_material(m, t))))
+        continue;
       pktrt__glass_empty_box(&box);
       pktrt__glass_widen_by(s, m, t, &box);
-      if (t && (!fine || (held < 16 && pktrt__glass_boxes_touch(&boxes[n - 1], &box))))
+      if (n > before && (!fine || (held < 16 && pktrt__glass_boxes_touch(&boxes[n - 1], &box))))
         pktrt__glass_widen(&boxes[n - 1], box.lo, box.hi);
       else boxes[n++] = box, held = 0;
       held++;
@@ -17193,17 +17415,17 @@ PKTRT__COLD uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, u
   return to->next += pktrt__glass_nest_boxes(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
-static void pktrt__glass_put_beside(pktrt__glass_mesh *g, uint32_t other) {
+static void pktrt__glass_put_beside(pktrt__glass_part *g, uint32_t other) {
   if (g->beside_count < PKTRT__BESIDE) g->beside[g->beside_count] = other;
   g->beside_count++;
 }
 /* Finds out which of n meshes of glass have boxes that touch, by a sweep in the order in which the boxes begin. */
-PKTRT__COLD void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
+PKTRT__COLD void pktrt__glass_find_touching(pktrt__glass_part *g, uint64_t *order, uint32_t n) {
   pktrt__sort_keys(order, n);
   for (uint32_t i = 0; i < n; i++) {
-    pktrt__glass_mesh *a = &g[(uint32_t)order[i]];
+    pktrt__glass_part *a = &g[(uint32_t)order[i]];
     for (uint32_t j = i + 1; j < n && g[(uint32_t)order[j]].lo[0] <= a->hi[0]; j++) {
-      pktrt__glass_mesh *b = &g[(uint32_t)order[j]];
+      pktrt__glass_part *b = &g[(uint32_t)order[j]];
       if (a->hi[1] < b->lo[1] || b->hi[1] < a->lo[1] || a->hi[2] < b->lo[2] || b->hi[2] < a->lo[2]) continue;
       pktrt__glass_put_beside(a, (uint32_t)order[j]), pktrt__glass_put_beside(b, (uint32_t)order[i]);
     }
@@ -17214,35 +17436,71 @@ static uint64_t pktrt__glass_edge_hash(uint64_t a, uint64_t b) {
   return pktrt__hash(a + 3 * b) - pktrt__hash(b + 3 * a);
 }
 
-/* Tells whether each edge of a mesh, by position, has as many triangles in one direction as in the other: then what the
-   mesh bounds has an inside. Hashes of edges sum up to 0 then, and else but by a chance of 2^-64. */
-static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
+/* Tells whether each edge of the triangles of a material, by position, has as many of them in one direction as in the
+   other: then what they bound has an inside. Hashes of edges sum up to 0 then, and else but by a chance of 2^-64. */
+static bool pktrt__glass_is_closed(const pktrt__mesh *m, uint32_t material) {
   uint64_t sum = 0;
-  for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
+  for (uint32_t t = 0; t < m->triangle_count; t++) {
+    const uint64_t i = (uint64_t)t * 3;
     uint64_t v[3];
+    if (pktrt__mesh_material(m, t) != material) continue;
     for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__mesh_vertex_hash(m, m->indices ? m->indices[i + c] : i + c);
     sum += pktrt__glass_edge_hash(v[0], v[1]) + pktrt__glass_edge_hash(v[1], v[2]) + pktrt__glass_edge_hash(v[2], v[0]);
   }
   return sum == 0;
 }
 
-/* Finds the closed meshes of glass and their boxes, and whether the camera may stand in one. False: out of memory. */
-static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
+/* Returns the part of a mesh that the triangles of a material are, which occurs there. */
+PKTRT__NOINLINE uint32_t pktrt__glass_part_of(const pktrt_scene *s, const pktrt__glass_part *glass, uint32_t mesh,
+                                              uint32_t material) {
+  const uint32_t count = pktrt__mesh_material_count(&s->meshes[mesh]);
+  uint32_t first = glass[mesh].first_part;
+  for (uint32_t n = count; n > 1;) { /* the last whose material is not above it */
+    const uint32_t half = n / 2;
+    const bool upper = glass[first + half].material <= material;
+    if (upper) first += half;
+    n = upper ? n - half : half;
+  }
+  return first;
+}
+
+/* Finds out whether a part of mesh i is closed glass, and its box. */
+PKTRT__COLD void pktrt__glass_describe(const pktrt_scene *s, uint32_t i, uint32_t material, float slack,
+                                       pktrt__glass_part *g) {
+  const pktrt__mesh *m = &s->meshes[i];
+  pktrt__glass_box box;
+  pktrt__glass_empty_box(&box);
+  g->material = material;
+  g->closed = m->triangle_count && pktrt__material_is_glass(pktrt__material_of(s, material)) &&
+              pktrt__glass_is_closed(pktrt__mesh_source(s, i), material);
+  for (uint32_t t = 0; t < pktrt__glass_pieces(m) && g->closed; t++)
+    if (m->instance || pktrt__mesh_material(m, t) == material) pktrt__glass_widen_by(s, m, t, &box);
+  for (int a = 0; a < 3; a++) g->lo[a] = box.lo[a] - slack, g->hi[a] = box.hi[a] + slack;
+}
+
+/* Finds the closed parts of glass and their boxes, and whether the camera may stand in one. False: out of memory. */
+static bool pktrt__glass_find_parts(pktrt__render_state *render, float slack) {
   const pktrt_scene *s = render->scene;
   const uint32_t meshes = s->committed_meshes;
-  uint32_t n = 0;
-  pktrt__glass_mesh *g = PKTRT__CAST(pktrt__glass_mesh *, pktrt__mem_alloc(&s->desc, meshes, sizeof *g));
-  uint64_t *order = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(&s->desc, meshes, sizeof *order));
-  render->glass_meshes = g;
-  for (uint32_t i = 0; g && order && i < meshes; i++) {
+  uint64_t parts = meshes;
+  uint32_t n = 0, next = meshes;
+  for (uint32_t i = 0; i < meshes; i++)
+    parts += pktrt__mesh_materials(&s->meshes[i]) ? s->meshes[i].names->material_count : 0;
+  if (parts >= PKTRT_NONE) return false;
+  pktrt__glass_part *g = PKTRT__CAST(pktrt__glass_part *, pktrt__mem_alloc(&s->desc, parts, sizeof *g));
+  uint64_t *order = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(&s->desc, parts, sizeof *order));
+  render->glass_parts = g;
+  render->glass_part_count = (uint32_t)parts;
+  if (g) memset(g, 0, (size_t)parts * sizeof *g);
+  for (uint32_t i = 0; g && i < meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    pktrt__glass_box box;
-    pktrt__glass_empty_box(&box);
-    g[i].closed =
-        m->triangle_count && pktrt__material_is_glass(s, m) && pktrt__glass_is_closed(pktrt__mesh_source(s, i)),
-    g[i].beside_count = 0;
-    for (uint32_t t = 0; t < pktrt__glass_parts(m) && g[i].closed; t++) pktrt__glass_widen_by(s, m, t, &box);
-    for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
+    const uint32_t count = pktrt__mesh_material_count(m);
+    g[i].first_part = pktrt__mesh_materials(m) ? next : i;
+    if (pktrt__mesh_materials(m)) next += count;
+    for (uint32_t k = 0; k < count; k++)
+      pktrt__glass_describe(s, i, pktrt__mesh_material_at(m, k), slack, &g[g[i].first_part + k]);
+  }
+  for (uint32_t i = 0; g && order && i < parts; i++) {
     if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
     render->starts_in_glass =
@@ -17250,7 +17508,7 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
         pktrt__glass_contains_camera(&render->desc->camera, pktrt__to_float(render->plane.reach), &g[i]);
   }
   if (order && g) pktrt__glass_find_touching(g, order, n);
-  pktrt__mem_release(&s->desc, order, meshes, sizeof *order);
+  pktrt__mem_release(&s->desc, order, parts, sizeof *order);
   return g && order;
 }
 
@@ -17259,17 +17517,19 @@ PKTRT__COLD bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples
   const pktrt_scene *s = render->scene;
   pktrt__glass_boxes *glass = &render->glass;
   uint64_t n = 0, meshes = 0;
-  bool glassy = false;
+  uint32_t all = 0;
   render->passes_glass =
       pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && render->desc->glass_shadows == PKTRT_GLASS_SHADOWS_PASS;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (!m->triangle_count) continue;
-    if (pktrt__glass_is_passed(render, m)) n += pktrt__glass_parts(m), meshes++;
-    glassy = glassy || pktrt__material_is_glass(s, m), render->cutouts |= pktrt__material_is_cutout(s, m);
+    const uint32_t traits = pktrt__mesh_traits(s, m);
+    if (pktrt__glass_is_passed(render, traits)) n += pktrt__glass_pieces(m), meshes++;
+    all |= traits;
   }
-  if (pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && glassy &&
-      !pktrt__glass_find_meshes(render, 4e-6f * s->largest))
+  render->cutouts = (all & PKTRT__MATERIAL_CUTOUT) != 0;
+  if (pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && (all & PKTRT__MATERIAL_GLASS) &&
+      !pktrt__glass_find_parts(render, 4e-6f * s->largest))
     return false;
   if (!n) return true;
   const bool fine = n / 4 < samples;
@@ -17288,7 +17548,7 @@ PKTRT__COLD bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples
 static void pktrt__render_unprepare(pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   pktrt__mem_release(&s->desc, render->glass.boxes, render->glass.room, sizeof *render->glass.boxes);
-  pktrt__mem_release(&s->desc, render->glass_meshes, s->committed_meshes, sizeof *render->glass_meshes);
+  pktrt__mem_release(&s->desc, render->glass_parts, render->glass_part_count, sizeof *render->glass_parts);
   pktrt__light_free_all(render);
 }
 static bool pktrt__render_prepare(pktrt__render_state *render,
@@ -17315,9 +17575,7 @@ static bool pktrt__render_prepare(pktrt__render_state *render,
    refracted ray skips. For this, and for the glasses around the camera, crossings are counted along a line, in plain C.
    Of glasses that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
-static uint32_t pktrt__media_entry(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
-  return s->meshes[mesh].material << 1 | !glass[mesh].closed;
-}
+static uint32_t pktrt__media_entry(const pktrt__glass_part *g) { return g->material << 1 | !g->closed; }
 static uint32_t pktrt__media_entry_bits(const pktrt_scene *s) {
   return s->material_count < 128 ? 8 : s->material_count < 32768 ? 16 : 32;
 }
@@ -17358,39 +17616,41 @@ static float pktrt__media_transmittance(const pktrt_scene *s, uint32_t stack, in
   return absorption > 0 ? (float)pktrt__math_exp(-(double)absorption * distance) : 1;
 }
 
-enum { PKTRT__CROSSED = 8 }; /* crossings are counted for so many meshes at most; others are overlooked */
-/* Crossings of a line with closed meshes of glass whose boxes contain its origin. */
+enum { PKTRT__CROSSED = 8 }; /* crossings are counted for so many parts at most; others are overlooked */
+/* Crossings of a line with closed parts of glass whose boxes contain its origin. */
 typedef struct pktrt__media_crossings {
   const pktrt_scene *scene;
-  const pktrt__glass_mesh *glass;
+  const pktrt__glass_part *glass;
   const float *origin;
-  uint32_t skip; /* a mesh whose crossings are not counted */
-  uint32_t mesh[PKTRT__CROSSED], count;
+  uint32_t skip; /* a part whose crossings are not counted */
+  uint32_t part[PKTRT__CROSSED], count;
   int exits[PKTRT__CROSSED]; /* minus entries */
 } pktrt__media_crossings;
 
-static bool pktrt__glass_contains(const pktrt__glass_mesh *g, const float p[3]) {
+static bool pktrt__glass_contains(const pktrt__glass_part *g, const float p[3]) {
   for (int a = 0; a < 3; a++)
     if (!(g->lo[a] <= p[a] && p[a] <= g->hi[a])) return false;
   return true;
 }
-/* Tells whether a point at a mesh of glass may be in another: whether the box of one that touches it contains it. */
-static bool pktrt__glass_is_beside(const pktrt__glass_mesh *glass, uint32_t mesh, const float p[3]) {
-  const pktrt__glass_mesh *g = &glass[mesh];
+/* Tells whether a point at a part of glass may be in another: whether the box of one that touches it contains it. */
+static bool pktrt__glass_is_beside(const pktrt__glass_part *glass, uint32_t part, const float p[3]) {
+  const pktrt__glass_part *g = &glass[part];
   bool any = g->beside_count > PKTRT__BESIDE;
   for (uint32_t i = 0; i < g->beside_count && !any; i++) any = pktrt__glass_contains(&glass[g->beside[i]], p);
   return any;
 }
 
-static void pktrt__media_count_crossing(void *of, uint32_t mesh, int exits) {
+static void pktrt__media_count_crossing(void *of, const pktrt_hit *hit, int exits) {
   pktrt__media_crossings *c = PKTRT__CAST(pktrt__media_crossings *, of);
-  const pktrt__glass_mesh *g = &c->glass[mesh];
+  const uint32_t material = pktrt__mesh_material(&c->scene->meshes[hit->mesh], hit->triangle),
+                 part = pktrt__glass_part_of(c->scene, c->glass, hit->mesh, material);
+  const pktrt__glass_part *g = &c->glass[part];
   uint32_t i = 0;
-  if (mesh == c->skip || !g->closed) return;
+  if (part == c->skip || !g->closed) return;
   if (!pktrt__glass_contains(g, c->origin)) return;
-  while (i < c->count && c->mesh[i] != mesh) i++;
+  while (i < c->count && c->part[i] != part) i++;
   if (i == PKTRT__CROSSED) return;
-  if (i == c->count) c->mesh[i] = mesh, c->exits[i] = 0, c->count++;
+  if (i == c->count) c->part[i] = part, c->exits[i] = 0, c->count++;
   c->exits[i] += exits;
 }
 
@@ -17403,57 +17663,57 @@ static void pktrt__media_count_crossings(pktrt__media_crossings *c, const float 
   pktrt__crossing_each(c->scene, &ray, pktrt__media_count_crossing, c);
 }
 
-static float pktrt__glass_extent(const pktrt__glass_mesh *g) {
+static float pktrt__glass_extent(const pktrt__glass_part *g) {
   return (g->hi[0] - g->lo[0]) + (g->hi[1] - g->lo[1]) + (g->hi[2] - g->lo[2]);
 }
 
-/* Enters n meshes of glass at once, the largest first; changes their order. */
-PKTRT__COLD uint32_t pktrt__media_enter_meshes(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack,
-                                               uint32_t *mesh, uint32_t n) {
+/* Enters n parts of glass at once, the largest first; changes their order. */
+PKTRT__COLD uint32_t pktrt__media_enter_parts(const pktrt_scene *s, const pktrt__glass_part *glass, uint32_t stack,
+                                              uint32_t *part, uint32_t n) {
   for (; n; n--) {
     uint32_t largest = 0;
     for (uint32_t i = 1; i < n; i++) {
-      const float size = pktrt__glass_extent(&glass[mesh[i]]), most = pktrt__glass_extent(&glass[mesh[largest]]);
-      if (size > most || (size == most && mesh[i] < mesh[largest])) largest = i;
+      const float size = pktrt__glass_extent(&glass[part[i]]), most = pktrt__glass_extent(&glass[part[largest]]);
+      if (size > most || (size == most && part[i] < part[largest])) largest = i;
     }
-    stack = pktrt__media_enter(s, stack, pktrt__media_entry(s, glass, mesh[largest]));
-    mesh[largest] = mesh[n - 1];
+    stack = pktrt__media_enter(s, stack, pktrt__media_entry(&glass[part[largest]]));
+    part[largest] = part[n - 1];
   }
   return stack;
 }
 
 /* Returns the glasses around a point at a time: those that a line from it leaves more often than it enters them. */
-static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3],
+static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_part *glass, const float point[3],
                                     float time) {
   static const float ahead[3] = {0.259f, 0.933f, 0.2495f}; /* along no axis, where edges would be met exactly */
-  uint32_t mesh[PKTRT__CROSSED], n = 0;
+  uint32_t part[PKTRT__CROSSED], n = 0;
   pktrt__media_crossings c;
   c.scene = s, c.glass = glass, c.skip = PKTRT_NONE;
   pktrt__media_count_crossings(&c, point, ahead, INFINITY, time);
   for (uint32_t i = 0; i < c.count; i++)
-    if (c.exits[i] > 0) mesh[n++] = c.mesh[i];
-  return pktrt__media_enter_meshes(s, glass, 0, mesh, n);
+    if (c.exits[i] > 0) part[n++] = c.part[i];
+  return pktrt__media_enter_parts(s, glass, 0, part, n);
 }
 
-/* Returns the stack of a ray that leaves or enters `mesh`, of glass, and goes on at `behind`; `before` is this side. */
-static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack,
-                                          uint32_t mesh, bool leaves, const float before[3], const float behind[3],
+/* Returns the stack of a ray that leaves or enters `part`, of glass, and goes on at `behind`; `before` is this side. */
+static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__glass_part *glass, uint32_t stack,
+                                          uint32_t part, bool leaves, const float before[3], const float behind[3],
                                           float time) {
   uint32_t entered[PKTRT__CROSSED + 1], n = 0;
   pktrt__media_crossings c;
   c.count = 0;
-  if (pktrt__glass_is_beside(glass, mesh, before)) {
+  if (pktrt__glass_is_beside(glass, part, before)) {
     const float d[3] = {behind[0] - before[0], behind[1] - before[1], behind[2] - before[2]};
-    c.scene = s, c.glass = glass, c.skip = mesh;
+    c.scene = s, c.glass = glass, c.skip = part;
     pktrt__media_count_crossings(&c, before, d, 1, time);
   }
-  if (leaves) stack = pktrt__media_leave(s, stack, pktrt__media_entry(s, glass, mesh));
-  else entered[n++] = mesh;
+  if (leaves) stack = pktrt__media_leave(s, stack, pktrt__media_entry(&glass[part]));
+  else entered[n++] = part;
   for (uint32_t i = 0; i < c.count; i++) {
-    if (c.exits[i] > 0) stack = pktrt__media_leave(s, stack, pktrt__media_entry(s, glass, c.mesh[i]));
-    if (c.exits[i] < 0) entered[n++] = c.mesh[i];
+    if (c.exits[i] > 0) stack = pktrt__media_leave(s, stack, pktrt__media_entry(&glass[c.part[i]]));
+    if (c.exits[i] < 0) entered[n++] = c.part[i];
   }
-  return pktrt__media_enter_meshes(s, glass, stack, entered, n);
+  return pktrt__media_enter_parts(s, glass, stack, entered, n);
 }
 
 /* >>workspace ------------------------------------------------------------------------------------------------------ */
@@ -17582,7 +17842,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
       first = m->first_id, n = m->triangle_count;
       bent = smooth && m->normals && m->indices; /* of an instance, no: it has no arrays */
     }
-    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material;
+    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = pktrt__mesh_material(m, id - first);
     if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
   for (uint32_t k = 0; smooth && k < s->count; k++) {
@@ -17778,15 +18038,17 @@ static void pktrt__material_run_hooks(const pktrt_scene *scene, const pktrt__wav
 }
 
 /* Returns the media that a ray was in when it met surface k. */
-static uint32_t pktrt__media_before(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
+static uint32_t pktrt__media_before(const pktrt_scene *scene, const pktrt__glass_part *glass, const pktrt__wave *w,
                                     const pktrt__surfaces *s, uint32_t k) {
   const uint32_t known = w->medium[s->first + k];
   const bool inside = pktrt__bit_of(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit_of(s->inside, k);
-  return inside ? pktrt__media_know(scene, known, pktrt__media_entry(scene, glass, s->mesh[k])) : known;
+  if (!inside) return known;
+  return pktrt__media_know(scene, known,
+                           pktrt__media_entry(&glass[pktrt__glass_part_of(scene, glass, s->mesh[k], s->material[k])]));
 }
 
 /* Attenuates surface k by what absorbs on the way to it (Beer). */
-static void pktrt__surface_absorb(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
+static void pktrt__surface_absorb(const pktrt_scene *scene, const pktrt__glass_part *glass, const pktrt__wave *w,
                                   pktrt__surfaces *s, uint32_t k) {
   const uint32_t media = pktrt__media_before(scene, glass, w, s, k);
   for (int a = 0; a < 3; a++) {
@@ -17804,7 +18066,7 @@ static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__s
 }
 
 /* Adds to the weights of surfaces i to i + 7 what is not done by eights: metals' Fresnel terms and absorption. */
-static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__glass_mesh *meshes,
+static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__glass_part *meshes,
                                          const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t metal,
                                          uint32_t glass) {
   for (; metal; metal &= metal - 1) pktrt__material_weights_conductor(scene, s, i + pktrt__lowest_bit(metal));
@@ -17857,7 +18119,7 @@ PKTRT__NOINLINE void pktrt__tile_evaluate_materials(pktrt__tile *tile, const pkt
   if (hooks) pktrt__material_run_hooks(render->scene, w, s);
   if (!depth && pktrt__aov_wanted(render)) pktrt__aov_add_first_hits(tile);
   if (depth && render->light_of_mesh) pktrt__surface_share_emission(tile, w, s);
-  render->scene->kernels->evaluate_materials(render->scene, render->glass_meshes, render->follow, d->ambient, w, s);
+  render->scene->kernels->evaluate_materials(render->scene, render->glass_parts, render->follow, d->ambient, w, s);
 }
 
 static void pktrt__stats_add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
@@ -17876,6 +18138,10 @@ static void pktrt__stats_add(pktrt_stats *to, const pktrt_stats *from) { pktrt__
 
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
+static const pktrt_material *pktrt__hit_material(const pktrt_scene *s, const pktrt_hit *hit) {
+  return pktrt__material_of(s, pktrt__mesh_material(&s->meshes[hit->mesh], hit->triangle));
+}
+
 /* Tells whether a hit of a cutout is at a transparent point. */
 static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
 #ifdef PKTRT_NO_SURFACES
@@ -17885,7 +18151,7 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
   pktrt_surface_info x;
   double d[3] = {(double)ray->direction[0], (double)ray->direction[1], (double)ray->direction[2]};
   float unit[3], value[4][3], opacity = 1, exponent;
-  const pktrt_material *mat = pktrt__material_of(s, s->meshes[hit->mesh].material);
+  const pktrt_material *mat = pktrt__hit_material(s, hit);
   pktrt_points p;
   (void)pktrt__normalise(d);
   pktrt__do_surface(s, ray, hit, &x);
@@ -17913,15 +18179,14 @@ PKTRT__COLD void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, uint3
     uint32_t where[3] = {b->slot[i], b->bvh[i], b->place[i]};
     if (where[0] == PKTRT_NONE) continue;
     pktrt__mesh_name_triangle(s, b->id[i], b->place + i, hint, &hit.mesh, &hit.triangle);
-    if (!pktrt__material_is_cutout(s, &s->meshes[hit.mesh])) continue;
+    if (!pktrt__hit_material(s, &hit)->cutout) continue;
     for (int a = 0; a < 3; a++) {
       ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i];
       hit.normal[a] = b->as.hit.normal[a][i];
     }
     ray.tmin = b->tmin[i], ray.tmax = b->tmax[i], ray.time = b->time[i];
     hit.t = b->t[i], hit.u = b->as.hit.u[i], hit.v = b->as.hit.v[i];
-    while (where[0] != PKTRT_NONE && pktrt__material_is_cutout(s, &s->meshes[hit.mesh]) &&
-           pktrt__cutout_is_clear(s, &ray, &hit))
+    while (where[0] != PKTRT_NONE && pktrt__hit_material(s, &hit)->cutout && pktrt__cutout_is_clear(s, &ray, &hit))
       if (!pktrt__crossing_next(s, &ray, &hit, &hit, where)) where[0] = PKTRT_NONE;
     for (int a = 0; a < 3; a++) b->as.hit.normal[a][i] = hit.normal[a];
     b->t[i] = hit.t, b->as.hit.u[i] = hit.u, b->as.hit.v[i] = hit.v;
@@ -17991,9 +18256,9 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   pktrt__batch *b = &tile->glass_batch;
   const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], b->place + i, hint),
                  triangle = b->id[i] - scene->meshes[mesh].first_id;
-  const pktrt__mesh *m = &scene->meshes[mesh];
-  const pktrt_material *mat = pktrt__material_of(scene, m->material);
-  if (!tile->render->passes_glass || !pktrt__material_is_glass(scene, m)) return PKTRT__STOPPED;
+  const uint32_t material = pktrt__mesh_material(&scene->meshes[mesh], triangle);
+  const pktrt_material *mat = pktrt__material_of(scene, material);
+  if (!tile->render->passes_glass || !pktrt__material_is_glass(mat)) return PKTRT__STOPPED;
   float origin[3], before[3];
   pktrt_ray ray;
   pktrt_hit hit;
@@ -18012,14 +18277,15 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
   const float clear = 1 - pktrt__fresnel_dielectric(cosine, pktrt__material_ior(mat, 0));
-  const pktrt__glass_mesh *glass = tile->render->glass_meshes;
-  if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(scene, glass, mesh));
+  const pktrt__glass_part *glass = tile->render->glass_parts;
+  const uint32_t part = pktrt__glass_part_of(scene, glass, mesh, material);
+  if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(&glass[part]));
   for (int a = 0; a < 3; a++) {
     seen[a] *= clear;
     seen[a] *= pktrt__media_transmittance(scene, *media, a, (double)b->t[i] * sqrt(d2));
   }
   pktrt__spawn_origin(&x, along > 0 ? 1 : -1, origin), pktrt__spawn_origin(&x, along > 0 ? -1 : 1, before);
-  *media = pktrt__media_pass_surface(scene, glass, *media, mesh, along > 0, before, origin, b->time[i]);
+  *media = pktrt__media_pass_surface(scene, glass, *media, part, along > 0, before, origin, b->time[i]);
   const pktrt__batch *whole = &tile->queue.batch;
   const bool finite = b->tmax[i] < INFINITY;
   double left = 0, all = 0;
@@ -18371,13 +18637,14 @@ static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, con
   const uint32_t place = look->light == PKTRT_NONE ? 0 : 2 * (index % 2);
   const float u[2] = {random ? tile->draws.u[place][k] : 0, random ? tile->draws.u[place + 1][k] : 0};
   pktrt__light_view from;
-  double at[3];
+  double at[3], color[3];
+  for (int a = 0; a < 3; a++) color[a] = (double)light->color[a];
   pktrt__light_view_of(w, &tile->surfaces, k, &from);
-  double factor = pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, &from, at);
+  double factor = pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, &from, at, color);
   if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_BY_SQUARE) && !area)
     factor /= pktrt__distance2(from.point, at);
   if (look->light == PKTRT_NONE) pktrt__light_lift(light, from.point, at);
-  for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
+  for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = (float)color[a];
   g->factor[k] = factor * share * light->strength;
   g->shared[k] =
       pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / pktrt__max(light->strength * share, DBL_MIN)) : 0;
@@ -18589,7 +18856,8 @@ static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__
     before[a] = (float)(s->point[a][k] + off), behind[a] = (float)(s->point[a][k] - off);
   }
   const uint32_t media = pktrt__media_before(g->scene, g->glass, w, s, k);
-  return pktrt__media_pass_surface(g->scene, g->glass, media, s->mesh[k], pktrt__bit_of(s->inside, k), before, behind,
+  const uint32_t part = pktrt__glass_part_of(g->scene, g->glass, s->mesh[k], s->material[k]);
+  return pktrt__media_pass_surface(g->scene, g->glass, media, part, pktrt__bit_of(s->inside, k), before, behind,
                                    w->rays.time[s->first + k]);
 }
 
@@ -18709,7 +18977,7 @@ static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w,
   const pktrt__render_state *render = tile->render;
   const bool apart = refraction && !pktrt__spawn_chooses(tile, w);
   pktrt__spawn_request g;
-  g.scene = render->scene, g.glass = render->glass_meshes;
+  g.scene = render->scene, g.glass = render->glass_parts;
   g.refraction = refraction, g.threshold = render->threshold;
   g.lobes = render->distribute && pktrt__render_uses(render, PKTRT_FEATURE_GLOSS);
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
@@ -18932,7 +19200,7 @@ static void pktrt__media_start_in_glass(pktrt__tile *tile, uint32_t n) {
     bool same = i > 0 && w->rays.time[i] == w->rays.time[i - 1];
     for (int a = 0; same && a < 3; a++) same = o[a] == w->rays.o[a][i - 1];
     w->medium[i] = same ? w->medium[i - 1]
-                        : pktrt__media_around(tile->render->scene, tile->render->glass_meshes, o, w->rays.time[i]);
+                        : pktrt__media_around(tile->render->scene, tile->render->glass_parts, o, w->rays.time[i]);
   }
 }
 
@@ -19618,12 +19886,13 @@ PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   bool dark = false, lit = pktrt__any_positive(render->desc->ambient);
   for (uint32_t i = 0; i < s->light_count; i++)
     lit = lit || pktrt__warn_light_shines(render->desc, &render->lights[i], &s->lights[i]);
-  for (uint32_t i = 0; !lit && i < s->committed_meshes; i++) {
-    const pktrt_material *mat = pktrt__material_of(s, s->meshes[i].material);
-    const bool shows = render->follow && mat->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(mat->albedo);
-    if (!s->meshes[i].triangle_count || mat->shader || pktrt__any_positive(mat->emission) || shows) continue;
-    dark = dark || mat->texture || pktrt__any_positive(mat->albedo);
-  }
+  for (uint32_t i = 0; !lit && i < s->committed_meshes; i++)
+    for (uint32_t k = 0; s->meshes[i].triangle_count && k < pktrt__mesh_material_count(&s->meshes[i]); k++) {
+      const pktrt_material *mat = pktrt__material_of(s, pktrt__mesh_material_at(&s->meshes[i], k));
+      const bool shows = render->follow && mat->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(mat->albedo);
+      if (mat->shader || pktrt__any_positive(mat->emission) || shows) continue;
+      dark = dark || mat->texture || pktrt__any_positive(mat->albedo);
+    }
   return dark;
 }
 
@@ -19681,11 +19950,10 @@ PKTRT__COLD void pktrt__warn_of_lights(const pktrt_scene *s, const pktrt_render_
     if (l->kind == PKTRT_LIGHT_QUAD && s->lo[0] <= s->hi[0] && pktrt__warn_faces_away(s, l, &d->camera))
       pktrt__warn(s, "render: light %u, a quad, faces away from the whole scene: exchange edge[0] and edge[1]", index);
     if (l->kind != PKTRT_LIGHT_MESH) continue;
-    const uint32_t material = s->meshes[l->mesh].material;
-    const pktrt_material *m = pktrt__material_of(s, material);
-    if (!pktrt__any_positive(m->emission)) /* which counts before any texture or shader */
+    const pktrt__mesh *m = &s->meshes[l->mesh];
+    if (!(pktrt__mesh_traits(s, m) & PKTRT__MATERIAL_EMITS)) /* which counts before any texture or shader */
       pktrt__warn(s, "render: light %u gives no light: the emission of material %u, which mesh %u has, is 0", index,
-                  (unsigned)material, (unsigned)l->mesh);
+                  (unsigned)pktrt__mesh_material_at(m, 0), (unsigned)l->mesh);
   }
 }
 /* Warns that nothing lights what needs light, and names what could. */
@@ -19701,7 +19969,7 @@ PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render) {
   for (uint32_t i = 0; i < s->committed_meshes && !mesh_light; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (!m->triangle_count || !m->committed || m->hidden || m->instance) continue;
-    if (!pktrt__any_positive(pktrt__material_of(s, m->material)->emission)) continue;
+    if (!(pktrt__mesh_traits(s, m) & PKTRT__MATERIAL_EMITS)) continue;
     pktrt__warn(s, "%s; add a light of kind PKTRT_LIGHT_MESH for mesh %u, whose material has emission", words,
                 (unsigned)i);
     return;
@@ -19723,7 +19991,7 @@ PKTRT__COLD void pktrt__warn_of_environment(const pktrt_scene *s, const pktrt__e
 }
 
 #ifndef PKTRT_NO_TEXTURES
-enum { PKTRT__PROBES = 32, PKTRT__PROBED_MESHES = 64 };
+enum { PKTRT__PROBES = 32, PKTRT__PROBED = 64 }; /* points of a texture, textures */
 
 /* Values at points that a texture is tried with. */
 typedef struct pktrt__warn_probe {
@@ -19766,11 +20034,21 @@ PKTRT__COLD void pktrt__warn_place_probe(const pktrt_scene *s, uint32_t mesh, ui
   probe->opacity[i] = 1;
 }
 
-/* Tries the texture of a mesh at some of its triangles. If `spread`, texcoords are those of a diagonal. */
-PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, float time, bool spread,
+/* Returns a triangle of a material at or soon after `first`, else `other`. */
+static uint32_t pktrt__warn_find_triangle(const pktrt__mesh *m, uint32_t first, uint32_t material, uint32_t other) {
+  for (uint32_t i = 0; i < 4096 && i < m->triangle_count; i++) {
+    const uint32_t triangle = (first + i) % m->triangle_count;
+    if (pktrt__mesh_material(m, triangle) == material) return triangle;
+  }
+  return other;
+}
+
+/* Tries a texture at some triangles of a mesh. If `spread`, texcoords are those of a diagonal. */
+PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, uint32_t index, float time, bool spread,
                                          pktrt__warn_probe *probe) {
   const uint32_t count = s->meshes[mesh].triangle_count;
-  const pktrt_material *material = pktrt__material_of(s, s->meshes[mesh].material);
+  const pktrt_material *material = pktrt__material_of(s, index);
+  uint32_t triangle = 0;
   const float *const given[3] = {material->albedo, material->reflectance, material->emission};
   pktrt_points p;
 
@@ -19785,8 +20063,9 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, fl
   for (int a = 0; a < 2; a++) p.barycentric[a] = probe->barycentric[a], p.texcoord[a] = probe->texcoord[a];
 
   for (uint32_t i = 0; i < PKTRT__PROBES; i++) {
-    const uint32_t triangle = (uint32_t)((uint64_t)i * count / PKTRT__PROBES);
+    const uint32_t first = (uint32_t)((uint64_t)i * count / PKTRT__PROBES);
     float at[2];
+    triangle = pktrt__warn_find_triangle(&s->meshes[mesh], first, index, triangle);
     pktrt__warn_place_probe(s, mesh, triangle, time, i, probe);
     pktrt__texcoord_at(s, mesh, triangle, 0.25f, 0.25f, at);
     for (int a = 0; a < 2; a++) probe->texcoord[a][i] = spread ? ((float)i + 0.5f) / PKTRT__PROBES : at[a];
@@ -19798,39 +20077,41 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, fl
 }
 
 /* Warns of a texture that gives more than there is, and of one that looks at texcoords which a mesh has not. */
-PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, float time) {
+PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, uint32_t material, float time) {
   static const char *const names[] = {"albedo", "reflectance", "emission"};
-  const unsigned material = (unsigned)s->meshes[mesh].material;
   pktrt__warn_probe probe, other;
 
-  pktrt__warn_try_texture(s, mesh, time, false, &probe);
+  pktrt__warn_try_texture(s, mesh, material, time, false, &probe);
   for (uint32_t i = 0; i < 9 * PKTRT__PROBES; i++) {
     const uint32_t kind = i / (3 * PKTRT__PROBES);
     const float x = probe.changed[i / PKTRT__PROBES][i % PKTRT__PROBES], most = kind < 2 ? 1 : INFINITY;
     if (x >= 0 && x <= most) continue;
-    pktrt__warn(s, "render: the texture of material %u writes %g as %s, outside [0, %s", material, (double)x, names[kind],
-                kind < 2 ? "1]: does it give values of 0 to 255?" : "infinity)");
+    pktrt__warn(s, "render: the texture of material %u writes %g as %s, outside [0, %s", (unsigned)material,
+                (double)x, names[kind], kind < 2 ? "1]: does it give values of 0 to 255?" : "infinity)");
     break;
   }
   if (pktrt__mesh_source(s, mesh)->texcoords) return;
 
-  pktrt__warn_try_texture(s, mesh, time, true, &other);
+  pktrt__warn_try_texture(s, mesh, material, time, true, &other);
   if (memcmp(probe.changed, other.changed, sizeof probe.changed) == 0 &&
       memcmp(probe.opacity, other.opacity, sizeof probe.opacity) == 0)
     return;
   pktrt__warn(s, "render: the texture of material %u looks at texcoords, but mesh %u has none: set texcoords of its desc",
-              material, (unsigned)mesh);
+              (unsigned)material, (unsigned)mesh);
 }
 
-/* Warns of textures, of the first meshes only: each takes two calls of its hook. */
+/* Warns of textures, of the first few only: each takes two calls of its hook. */
 PKTRT__COLD void pktrt__warn_of_textures(const pktrt_scene *s, float time) {
   uint32_t tried = 0, last = 0;
-  for (uint32_t i = 0; i < s->committed_meshes && tried < PKTRT__PROBED_MESHES; i++) {
-    const uint32_t material = s->meshes[i].material;
-    const bool textured = s->meshes[i].triangle_count && pktrt__material_of(s, material)->texture;
-    if (!textured || (tried && material == last)) continue;
-    pktrt__warn_of_texture(s, i, time);
-    last = material, tried++;
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    for (uint32_t k = 0; m->triangle_count && k < pktrt__mesh_material_count(m) && tried < PKTRT__PROBED; k++) {
+      const uint32_t material = pktrt__mesh_material_at(m, k);
+      if (!pktrt__material_of(s, material)->texture || (tried && material == last)) continue;
+      pktrt__warn_of_texture(s, i, material, time);
+      last = material;
+      tried++;
+    }
   }
 }
 #endif
@@ -20073,7 +20354,7 @@ PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *
                    further = all - key;
     const uint64_t places = 1u + (m->pending != NULL), bends = 0u + (m->normals != NULL) + (m->pending_normals != NULL);
     r->positions += places * key, r->normals += bends * key, r->motion += (places + bends) * further;
-    if (m->indices) r->indices += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+    r->indices += pktrt__mesh_index_bytes(m);
     if (m->texcoords) r->texcoords += (uint64_t)m->vertex_count * 2 * sizeof(float);
   }
 }

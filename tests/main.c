@@ -276,6 +276,7 @@ static void run_all(void) {
   suite_cameras();
   suite_bent();
   suite_rigid();
+  suite_pool();
   suite_groups();
   suite_changes();
   suite_surfaces();

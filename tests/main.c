@@ -273,6 +273,7 @@ static void run_all(void) {
   suite_instances();
   suite_mirrored();
   suite_everyday();
+  suite_closest();
   suite_groups();
   suite_changes();
   suite_surfaces();

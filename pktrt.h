@@ -233,7 +233,7 @@
      Weight. What usual builds of the implementation are, by gcc 12 at -O2 for x86-64, on one core of an AMD EPYC
      (Zen 5); for comparison, a program that uses it, of 1,100 lines beside its scenes. An older machine takes twice as
      long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
-     _REMOVAL, _SURFACES and _NORMALS.
+     _REMOVAL, _SURFACES, _CLOSEST and _NORMALS.
      build                      seconds      bytes of code
      whole                          9.0            458,027
      AVX2 alone                     7.0            361,396

@@ -871,10 +871,10 @@ PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *
                                size_t n);
 
 #ifndef PKTRT_NO_CLOSEST
-/* The nearest point of all that rays may hit: triangles without area at that time do not count. Of equal squared distances
-   (in doubles, see >>closest) the lower mesh, then the lower triangle. distance is within 2^-24 of itself, and 2^-24 of
-   triangle (its longest edge) and distance, 2^-38 of these unless it is a thousand times as long as high; of instances
-   2^-50 of the numbers that place them besides. With the sign that pktrt_winding gives, 0 or not, it is a signed one. */
+/* The nearest point of all triangles that rays can meet; one without area at that time does not count. Of equal squared
+   distances (in doubles, see >>closest) the lower mesh has it, then the lower triangle. `distance` errs by at most 2^-24
+   of itself and 2^-38 of itself and the triangle's longest edge: 2^-24 of these where the triangle is over 1000 times as
+   long as high; in an instance by 2^-50 of the coordinates that place it besides. Inside and outside: pktrt_winding. */
 typedef struct pktrt_closest {
   float distance;    /* in the scene, also to what an instance scales; INFINITY if there is none */
   float point[3];    /* (1 - u - v) p0 + u p1 + v p2 */
@@ -14727,36 +14727,37 @@ PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit 
 #ifndef PKTRT_NO_CLOSEST
 /* >>closest: the point of the surface that is nearest to a point ------------------------------------------------------
 
-   DEFINITION. The corners of a triangle at the query's time are those of >>exactness, in an instance A p + s (>>places) in
-   doubles, unrounded. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one sequence of
-   doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= max_distance^2 that have area then.
+   DEFINITION. The corners of a triangle at the query's time are those of >>exactness; in an instance A p + s (>>places), in
+   doubles. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one sequence of doubles.
+   The closest triangle has the least (V, mesh, triangle) of those with V <= max_distance^2 that have area then.
 
-   ERROR. The foot of the point on the plane is a + u (b - a) + v (c - a). If its three weights are above 2^-40, it is the
-   point; else the point is the nearest of those edges whose weights are not. An edge is gone along from its lesser corner, so that
-   both triangles at it find the same bits. With the distance d, the longest edge L and k = L / the least height:
-     1. An edge has a point that is within 2^-50 (d + L) of its nearest, wherever the foot is.
-     2. The foot errs by 2^-49 k (d + L) along the plane: so much the direction in the plane across b - a does, which is what is
-        left of c - a without its part along b - a. Where this is below 2^-27 of c - a, edges alone serve: from these no point of
-        the triangle is farther than half that height.
-     3. A foot nearer than 2^-40 of a height to an edge may be taken for a point of it.
-   Hence V is within (2^-49 k + 2^-39) (d + L) of d^2's root, and 2^-24 (d + L) for any triangle; in an instance besides 2^-50 of
-   (|A| |p| + |s|). `distance` is its root, rounded.
+   ERROR. The root of V is within (2^-49 k + 2^-39) (d + L) of the distance d, and within 2^-24 (d + L) for any triangle; L
+   is its longest edge, k is L over its least height. In an instance 2^-50 (|A| |p| + |s|) comes on top.
+     1. The foot of the point on the plane is a + u (b - a) + v (c - a). If its three weights are above 2^-40, it is the
+        nearest point; else the nearest point is that of the edges whose weights are not. A foot so near to an edge moves by
+        2^-40 L at most when it is taken for a point of the edge.
+     2. The foot errs by 2^-49 k (d + L) along the plane, as does the direction across b - a: what is left of c - a without
+        its part along b - a. Where less than 2^-27 of c - a is left, edges alone serve: the foot is half of that from one.
+     3. On an edge the nearest point is within 2^-50 (d + L). Sums begin at its lesser corner, so that the two triangles at
+        an edge or those at a corner find the same bits, and the first of them has the point.
 
-   CULLING. V >= (D - E)^2 (1 - 2^-50) for the distance D of any box that the triangle's nearest part lies in, for V is that of a
-   point which rounding moves off the triangle by E = 2^-46 of the sum of all coordinates at most. Boxes are tested in floats: in
-   an instance the point goes to its frame, is rounded there, and what A (rounded point) + s lies beside the point is added to E.
-   Ways g along the axes there are together at least as long as sqrt(w (sum |A_i|^2 g_i^2)) in the scene, A_i being the columns: w
-   is a bound of the least eigenvalue of their cosines, 1 where they are perpendicular. All ways are in units of the sum of all
-   coordinates, so that squares stay in the range of floats. 2^-18 of the limit pays for floats. */
+   CULLING. Let D be the distance of a box that holds the nearest part of a triangle. V >= (D - E)^2 (1 - 2^-50), since V is
+   the square of the way to a point that rounding moves off the triangle by at most E, 2^-46 of the sum of all coordinates.
+   No point was found that needs this E. Boxes are tested in floats:
+     1. In an instance the point is moved to its frame and rounded to q. How far A q + s is from the point is added to E.
+     2. Ways g along the axes of the frame, to the box, are at least sqrt(w sum(|A_i|^2 g_i^2)) long in the scene, with the
+        columns A_i and a lower bound w of the eigenvalues of their cosines: 1 where columns are perpendicular.
+     3. Ways are in units of the sum of all coordinates, so that squares stay in the range of floats; those of boxes that are
+        too small for it are taken for 0. 2^-18 of the limit pays for the rounding of floats. */
 
 /* A search for the closest point. */
 typedef struct pktrt__closest_search {
   double point[3], best; /* best: the least V so far */
   float time;
-  /* Of the closest: its global index, 1 more than its instance or 0, its corners where it belongs and in the scene, weights. */
-  uint32_t mask, id, place;
-  float p[3][3];
-  double corner[3][3], weight[3];
+  uint32_t mask;
+  uint32_t id, place;             /* of the closest: its global index, 1 more than its instance or 0, */
+  float p[3][3];                  /* its corners in the frame of what it belongs to */
+  double corner[3][3], weight[3]; /* and in the scene */
 } pktrt__closest_search;
 
 /* The point of a search in the frame of trees. */
@@ -14776,8 +14777,8 @@ PKTRT__INLINE void pktrt__place_corner(const pktrt__place *p, const float corner
   }
 }
 
-/* Returns the squared distance of a point to the edge between two corners; finds how far from `from` to `to` the nearest
-   point of the edge is, from 0 to 1. The lesser corner comes first in all sums. */
+/* Returns the squared distance of a point to the edge between two corners; finds which part of the way from `from` to `to`
+   leads to the nearest point. The lesser corner comes first in all sums. */
 static double pktrt__closest_on_edge(const double point[3], const double *from, const double *to, double *part) {
   bool turn = from[2] > to[2];
 
@@ -14869,7 +14870,7 @@ PKTRT__NOINLINE void pktrt__closest_set_limit(const pktrt__closest_search *searc
 /* Sees the point of a search in the frame of an instance, or of the scene where `place` is NULL. `largest`: of the
    coordinates there. */
 PKTRT__COLD void pktrt__closest_see(const pktrt__closest_search *search, const pktrt__place *place, float largest,
-                               pktrt__closest_view *view) {
+                                    pktrt__closest_view *view) {
   double there[3], from[3], square[3] = {1, 1, 1}, sum = 0, off = 0, least = 1;
 
   view->place = place;
@@ -14929,10 +14930,10 @@ PKTRT__COLD void pktrt__closest_see(const pktrt__closest_search *search, const p
   pktrt__closest_set_limit(search, view);
 }
 
-/* Finds the squared distances of eight boxes, in the units of a view. Planes of an axis are `axis` floats behind those of the one
-   before, upper ones `upper` behind lower ones. */
-PKTRT__NOINLINE void pktrt__closest_boxes(const pktrt__closest_view *view, const float *lo, const float *hi, size_t axis,
-                                          float out[8]) {
+/* Finds the squared distances of eight boxes, in the units of a view. Planes of an axis are `axis` floats behind those of
+   the one before. WHY this form: gcc 12 and clang make vectors of it at -O2. */
+PKTRT__NOINLINE void pktrt__closest_boxes(const pktrt__closest_view *view, const float *lo, const float *hi,
+                                          size_t axis, float out[8]) {
   float sum[8] = {0, 0, 0, 0, 0, 0, 0, 0};
 
   for (int a = 0; a < 3; a++, lo += axis, hi += axis) {
@@ -14997,6 +14998,32 @@ static void pktrt__closest_leaf(pktrt__closest_search *search, pktrt__closest_vi
   }
 }
 
+/* A node, a leaf or a box of the top level that waits for its turn. */
+typedef struct pktrt__closest_entry {
+  uint32_t ref;
+  float bound; /* its squared distance */
+} pktrt__closest_entry;
+
+/* Puts children that are within a limit behind n others, the nearest last. Returns how many there are then. */
+static uint32_t pktrt__closest_push(pktrt__closest_entry *stack, uint32_t n, const uint32_t *child,
+                                    const float bound[8], float limit) {
+  const uint32_t base = n;
+
+  for (int i = 0; i < 8; i++) {
+    if (child[i] == PKTRT_NONE || bound[i] > limit) continue;
+    stack[n].ref = child[i];
+    stack[n].bound = bound[i];
+    if (n > base && stack[n - 1].bound < bound[i]) {
+      const pktrt__closest_entry swap = stack[n];
+
+      stack[n] = stack[n - 1];
+      stack[n - 1] = swap;
+    }
+    n++;
+  }
+  return n;
+}
+
 static void pktrt__closest_trees(const pktrt_scene *, pktrt__closest_search *, pktrt__closest_view *);
 static void pktrt__closest_tree(const pktrt_scene *, pktrt__closest_search *, pktrt__closest_view *, const pktrt__bvh *,
                                 bool top);
@@ -15024,10 +15051,7 @@ static void pktrt__closest_enter(const pktrt_scene *s, pktrt__closest_search *se
 /* Searches a tree, the nearest child first; `top`: its leaves are boxes of the top level. */
 static void pktrt__closest_tree(const pktrt_scene *s, pktrt__closest_search *search, pktrt__closest_view *view,
                                 const pktrt__bvh *bvh, bool top) {
-  struct {
-    uint32_t ref;
-    float bound;
-  } stack[PKTRT__STACK + 8], swap;
+  pktrt__closest_entry stack[PKTRT__STACK + 8];
   float weight[2] = {1, 0}, between[72], bound[8];
   uint32_t n = 0;
 
@@ -15060,21 +15084,10 @@ static void pktrt__closest_tree(const pktrt_scene *s, pktrt__closest_search *sea
       pktrt__closest_leaf(search, view, block, at);
     }
 
-    /* Children go to the stack, the nearest on top; those of a leaf of the top level are entered from there. */
+    /* What a leaf of the top level has is entered at once. */
     const uint32_t base = n;
 
-    for (uint32_t i = 0; i < 8 && child; i++) {
-      if (child[i] == PKTRT_NONE || bound[i] > view->limit) continue;
-
-      stack[n].ref = child[i];
-      stack[n].bound = bound[i];
-      if (n > base && stack[n - 1].bound < bound[i]) {
-        swap = stack[n];
-        stack[n] = stack[n - 1];
-        stack[n - 1] = swap;
-      }
-      n++;
-    }
+    if (child) n = pktrt__closest_push(stack, n, child, bound, view->limit);
 #ifndef PKTRT__NO_TOP
     while (leaf && n > base) {
       n--;
@@ -15090,7 +15103,8 @@ static void pktrt__closest_tree(const pktrt_scene *s, pktrt__closest_search *sea
 }
 
 /* Searches all trees of a scene or a model. */
-PKTRT__NOINLINE void pktrt__closest_trees(const pktrt_scene *s, pktrt__closest_search *search, pktrt__closest_view *view) {
+PKTRT__NOINLINE void pktrt__closest_trees(const pktrt_scene *s, pktrt__closest_search *search,
+                                          pktrt__closest_view *view) {
   for (uint32_t i = 0; i < s->direct_count; i++) pktrt__closest_tree(s, search, view, &s->bvhs[i], false);
 #ifndef PKTRT__NO_TOP
   for (int which = 0; which < 2; which++) {
@@ -15110,7 +15124,8 @@ static void pktrt__closest_resolve(const pktrt_scene *s, pktrt__closest_search *
   pktrt__place moving;
 
   pktrt__mesh_name_triangle(s, search->id, &search->place, hint, &out->mesh, &out->triangle);
-  if (PKTRT__INSTANCES && search->place) place = pktrt__place_at(&s->instances[search->place - 1], search->time, &moving);
+  if (PKTRT__INSTANCES && search->place)
+    place = pktrt__place_at(&s->instances[search->place - 1], search->time, &moving);
   (void)pktrt__triangle_normal(place, pktrt__mesh_side(s, out->mesh), search->p, normal);
   (void)pktrt__normalise(normal);
   out->distance = pktrt__to_float(sqrt(search->best));

@@ -9,7 +9,7 @@
 enum { ALONG = 400, AROUND = 24, CORNERS = ALONG * AROUND, WIDTH = 480, HEIGHT = 480 };
 
 static const float turn = 6.2831853f;
-static const float extent = 4;  /* of the picture, from its middle to a side */
+static const float extent = 4;     /* of the picture, from its middle to a side */
 static const float radius = 0.45f; /* of the knot's tube */
 static const float band = 0.1f;
 

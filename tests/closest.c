@@ -141,17 +141,18 @@ static void compare(const facets *list, const pktrt_point_query *q, const pktrt_
 
 /* --- scenes --- */
 
-enum { ZOO_MESHES = 7, ZOO_MODELS = 3, ZOO_INSTANCES = 7, QUERIES = 400 };
+enum { ZOO_MESHES = 7, ZOO_MODELS = 4, ZOO_INSTANCES = 8, QUERIES = 240 };
 typedef struct zoo {
   mesh m[ZOO_MESHES], model[ZOO_MODELS];
   float placed[ZOO_INSTANCES][24];
   uint32_t groups; /* how many groups the meshes are in */
 } zoo;
-static const uint32_t zoo_masks[ZOO_MESHES + ZOO_INSTANCES] = {1, 2, 0, 4, 1, 0, 2, 1, 2, 4, 0, 1, 2, 4};
-static const uint32_t zoo_of[ZOO_INSTANCES] = {0, 1, 2, 0, 1, 0, 2}, zoo_keys[ZOO_INSTANCES] = {1, 1, 2, 1, 2, 1, 1};
+static const uint32_t zoo_masks[ZOO_MESHES + ZOO_INSTANCES] = {1, 2, 0, 4, 1, 0, 2, 1, 2, 4, 0, 1, 2, 4, 0};
+static const uint32_t zoo_of[ZOO_INSTANCES] = {0, 1, 2, 0, 1, 0, 2, 3},
+                      zoo_keys[ZOO_INSTANCES] = {1, 1, 2, 1, 2, 1, 1, 1};
 
 static zoo zoo_make(uint32_t groups) {
-  /* Diagonal, mirrored and sheared, moving, tiny, turned while it grows, huge and flat, far away. */
+  /* Diagonal, mirrored and sheared, moving, tiny, turned while it grows, huge and flat, far away, and far away in its model. */
   static const float placed[ZOO_INSTANCES][24] = {
       {0.4f, 0, 0, 3, 0, 0.7f, 0, 0, 0, 0, 0.2f, 0},
       {-0.5f, 0.3f, 0.1f, -3, 0.2f, 0.4f, 0.7f, 1, 0, -0.2f, 0.6f, 0},
@@ -159,13 +160,15 @@ static zoo zoo_make(uint32_t groups) {
       {1e-6f, 2e-7f, 0, 0, 0, 1e-6f, 0, -3, 0, 3e-7f, 2e-6f, 0},
       {0.3f, 0, 0, 0, 0, 0.3f, 0, 0, 0, 0, 0.3f, 4, 0.1f, 0.3f, 0, 0, -0.4f, 0.2f, 0, 0, 0, 0, 0.5f, 4},
       {2e4f, 0, 50, 0, 0, 3, 10, -30, 0, 1, 2e4f, 0},
-      {1, 0, 0, 7e5f, 0, 1, 0, 3e5f, 0, 0, 1, 0}};
+      {1, 0, 0, 7e5f, 0, 1, 0, 3e5f, 0, 0, 1, 0},
+      {0.6f, -0.8f, 0.1f, -2250, 0.7f, 0.5f, 0, 297, 0.1f, 0, 0.9f, -550}};
   zoo z;
   z.m[0] = mesh_sphere(3, 0.05f, 1), z.m[1] = mesh_soup(300, 0.2f, 2), z.m[2] = mesh_thin(200, 3);
   z.m[3] = mesh_grid(9, 2), z.m[4] = mesh_box(), z.m[5] = mesh_sphere(2, 0.2f, 4), z.m[6] = mesh_soup(60, 1e-6f, 5);
   mesh_shift(&z.m[3], 0, -1.4f, 0), mesh_shift(&z.m[4], 1, 1, 1.5f), mesh_shift(&z.m[5], -2, 0, 0);
   mesh_move(&z.m[1], 3, 0.3f, 0.1f, 6), mesh_move(&z.m[5], 2, 0.4f, 0.05f, 7), mesh_move(&z.m[6], 2, 0.2f, 1e-6f, 8);
   z.model[0] = mesh_sphere(2, 0.1f, 11), z.model[1] = mesh_soup(200, 0.3f, 12), z.model[2] = mesh_thin(60, 13);
+  z.model[3] = mesh_sphere(4, 0.02f, 15), mesh_shift(&z.model[3], 1000, -2000, 500);
   mesh_move(&z.model[1], 2, 0.2f, 0.1f, 14);
   memcpy(z.placed, placed, sizeof placed);
   z.groups = groups;

@@ -179,8 +179,11 @@ typedef struct inputs {
 } inputs;
 
 static inputs inputs_of(const stand *st, size_t n) {
-  const inputs in = {input_of(st->rays, n * sizeof *st->rays), input_of(st->hits, n * sizeof *st->hits),
-                     input_of(st->directions, n * 12), input_of(st->times, n * 4), input_of(st->points, n * 12),
+  const inputs in = {input_of(st->rays, n * sizeof *st->rays),
+                     input_of(st->hits, n * sizeof *st->hits),
+                     input_of(st->directions, n * 12),
+                     input_of(st->times, n * 4),
+                     input_of(st->points, n * 12),
                      input_of(st->queries, n * sizeof *st->queries)};
   return in;
 }

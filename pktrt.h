@@ -14727,28 +14727,32 @@ PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit 
 #ifndef PKTRT_NO_CLOSEST
 /* >>closest: the point of the surface that is nearest to a point ------------------------------------------------------
 
-   DEFINITION. The corners of a triangle at the query's time are those of >>exactness; in an instance A p + s (>>places), in
-   doubles. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one sequence of doubles.
-   The closest triangle has the least (V, mesh, triangle) of those with V <= max_distance^2 that have area then.
+   DEFINITION. The corners of a triangle at the query's time are those of >>exactness; in an instance A p + s
+   (>>places), in doubles. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one
+   sequence of doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= max_distance^2 that
+   have area then.
 
-   ERROR. The root of V is within (2^-49 k + 2^-39) (d + L) of the distance d, and within 2^-24 (d + L) for any triangle; L
-   is its longest edge, k is L over its least height. In an instance 2^-50 (|A| |p| + |s|) comes on top.
-     1. The foot of the point on the plane is a + u (b - a) + v (c - a). If its three weights are above 2^-40, it is the
-        nearest point; else the nearest point is that of the edges whose weights are not. A foot so near to an edge moves by
-        2^-40 L at most when it is taken for a point of the edge.
-     2. The foot errs by 2^-49 k (d + L) along the plane, as does the direction across b - a: what is left of c - a without
-        its part along b - a. Where less than 2^-27 of c - a is left, edges alone serve: the foot is half of that from one.
-     3. On an edge the nearest point is within 2^-50 (d + L). Sums begin at its lesser corner, so that the two triangles at
-        an edge or those at a corner find the same bits, and the first of them has the point.
+   ERROR. The root of V is within (2^-49 k + 2^-39) (d + L) of the distance d, and within 2^-24 (d + L) for any
+   triangle; L is its longest edge, k is L over its least height. In an instance 2^-50 (|A| |p| + |s|) comes on top.
+     1. The foot of the point on the plane is a + u (b - a) + v (c - a). If its three weights are above 2^-40, it is
+        the nearest point; else the nearest point is that of the edges whose weights are not. A foot so near to an
+        edge moves by 2^-40 L at most when it is taken for a point of the edge.
+     2. The foot errs by 2^-49 k (d + L) along the plane, as does the direction across b - a: what is left of c - a
+        without its part along b - a. Where less than 2^-27 of c - a is left, edges alone serve: the foot is half of
+        that from one.
+     3. On an edge the nearest point is within 2^-50 (d + L). Sums begin at its lesser corner, so that the two
+        triangles at an edge or those at a corner find the same bits, and the first of them has the point.
 
-   CULLING. Let D be the distance of a box that holds the nearest part of a triangle. V >= (D - E)^2 (1 - 2^-50), since V is
-   the square of the way to a point that rounding moves off the triangle by at most E, 2^-46 of the sum of all coordinates.
-   No point was found that needs this E. Boxes are tested in floats:
-     1. In an instance the point is moved to its frame and rounded to q. How far A q + s is from the point is added to E.
-     2. Ways g along the axes of the frame, to the box, are at least sqrt(w sum(|A_i|^2 g_i^2)) long in the scene, with the
-        columns A_i and a lower bound w of the eigenvalues of their cosines: 1 where columns are perpendicular.
-     3. Ways are in units of the sum of all coordinates, so that squares stay in the range of floats; those of boxes that are
-        too small for it are taken for 0. 2^-18 of the limit pays for the rounding of floats. */
+   CULLING. Let D be the distance of a box that holds the nearest part of a triangle. V >= (D - E)^2 (1 - 2^-50),
+   since V is the square of the way to a point that rounding moves off the triangle by at most E, 2^-46 of the sum of
+   all coordinates. No point was found that needs this E. Boxes are tested in floats:
+     1. In an instance the point is moved to its frame and rounded to q. How far A q + s is from the point is added to
+        E.
+     2. Ways g along the axes of the frame, to the box, are at least sqrt(w sum(|A_i|^2 g_i^2)) long in the scene,
+        with the columns A_i and a lower bound w of the eigenvalues of their cosines: 1 where columns are
+        perpendicular.
+     3. Ways are in units of the sum of all coordinates, so that squares stay in the range of floats; those of boxes
+        that are too small for it are taken for 0. 2^-18 of the limit pays for the rounding of floats. */
 
 /* A search for the closest point. */
 typedef struct pktrt__closest_search {
@@ -14777,8 +14781,8 @@ PKTRT__INLINE void pktrt__place_corner(const pktrt__place *p, const float corner
   }
 }
 
-/* Returns the squared distance of a point to the edge between two corners; finds which part of the way from `from` to `to`
-   leads to the nearest point. The lesser corner comes first in all sums. */
+/* Returns the squared distance of a point to the edge between two corners; finds which part of the way from `from` to
+   `to` leads to the nearest point. The lesser corner comes first in all sums. */
 static double pktrt__closest_on_edge(const double point[3], const double *from, const double *to, double *part) {
   bool turn = from[2] > to[2];
 
@@ -14930,8 +14934,8 @@ PKTRT__COLD void pktrt__closest_see(const pktrt__closest_search *search, const p
   pktrt__closest_set_limit(search, view);
 }
 
-/* Finds the squared distances of eight boxes, in the units of a view. Planes of an axis are `axis` floats behind those of
-   the one before. WHY this form: gcc 12 and clang make vectors of it at -O2. */
+/* Finds the squared distances of eight boxes, in the units of a view. Planes of an axis are `axis` floats behind those
+   of the one before. WHY this form: gcc 12 and clang make vectors of it at -O2. */
 PKTRT__NOINLINE void pktrt__closest_boxes(const pktrt__closest_view *view, const float *lo, const float *hi,
                                           size_t axis, float out[8]) {
   float sum[8] = {0, 0, 0, 0, 0, 0, 0, 0};
@@ -15028,7 +15032,6 @@ static void pktrt__closest_trees(const pktrt_scene *, pktrt__closest_search *, p
 static void pktrt__closest_tree(const pktrt_scene *, pktrt__closest_search *, pktrt__closest_view *, const pktrt__bvh *,
                                 bool top);
 
-#ifndef PKTRT__NO_TOP
 /* Searches what a box of the top level stands for: a tree of a group, or an instance. */
 static void pktrt__closest_enter(const pktrt_scene *s, pktrt__closest_search *search, pktrt__closest_view *view,
                                  const pktrt__bvh *top, uint32_t index) {
@@ -15046,7 +15049,6 @@ static void pktrt__closest_enter(const pktrt_scene *s, pktrt__closest_search *se
     pktrt__closest_set_limit(search, view);
   }
 }
-#endif
 
 /* Searches a tree, the nearest child first; `top`: its leaves are boxes of the top level. */
 static void pktrt__closest_tree(const pktrt_scene *s, pktrt__closest_search *search, pktrt__closest_view *view,
@@ -15084,16 +15086,14 @@ static void pktrt__closest_tree(const pktrt_scene *s, pktrt__closest_search *sea
       pktrt__closest_leaf(search, view, block, at);
     }
 
-    /* What a leaf of the top level has is entered at once. */
     const uint32_t base = n;
 
     if (child) n = pktrt__closest_push(stack, n, child, bound, view->limit);
-#ifndef PKTRT__NO_TOP
+    /* What a leaf of the top level has is entered at once. */
     while (leaf && n > base) {
       n--;
       if (stack[n].bound <= view->limit) pktrt__closest_enter(s, search, view, bvh, stack[n].ref);
     }
-#endif
     do {
       if (!n) return;
       n--;

@@ -43,7 +43,7 @@ static void cross(const float x[3], const float y[3], float out[3]) {
 /* Makes a closed tube around the knot: rings of corners, each square between two rings as two triangles. */
 static void make_tube(void) {
   for (uint32_t i = 0; i < ALONG; i++) {
-    const float at = (float)i / ALONG;
+    const float at = (float)i / (float)ALONG;
     float middle[3], ahead[3], side[3], up[3];
 
     knot(at, middle);
@@ -55,7 +55,7 @@ static void make_tube(void) {
     cross(side, ahead, up);
 
     for (uint32_t k = 0; k < AROUND; k++) {
-      const float angle = turn * (float)k / AROUND;
+      const float angle = turn * (float)k / (float)AROUND;
       const uint32_t next_ring = (i + 1) % ALONG;
       const uint32_t next = (k + 1) % AROUND;
       const uint32_t square[4] = {i * AROUND + k, i * AROUND + next, next_ring * AROUND + next, next_ring * AROUND + k};
@@ -77,7 +77,7 @@ static void colour(float distance, float out[3]) {
   const float pale = size / (size + 0.6f);
   const float bands = floorf(size / band);
   const float light = fmodf(bands, 2) < 1 ? 1 : 0.85f;
-  const float line = fminf(size * WIDTH / (3 * extent), 1); /* three pixels wide */
+  const float line = fminf(size * (float)WIDTH / (3 * extent), 1); /* three pixels wide */
 
   for (int c = 0; c < 3; c++) out[c] = line * light * (near[c] + pale * (0.95f - near[c]));
 }
@@ -85,8 +85,8 @@ static void colour(float distance, float out[3]) {
 /* Finds the distances of a row of points, and colours it. */
 static void draw_row(const pktrt_scene *scene, uint32_t y) {
   for (uint32_t x = 0; x < WIDTH; x++) {
-    points[x][0] = extent * (2 * ((float)x + 0.5f) / WIDTH - 1);
-    points[x][1] = extent * (1 - 2 * ((float)y + 0.5f) / HEIGHT);
+    points[x][0] = extent * (2 * ((float)x + 0.5f) / (float)WIDTH - 1);
+    points[x][1] = extent * (1 - 2 * ((float)y + 0.5f) / (float)HEIGHT);
     points[x][2] = 0.4f;
     memcpy(queries[x].point, points[x], sizeof points[x]);
     queries[x].max_distance = INFINITY;

@@ -42,7 +42,7 @@ MPI_FLAGS := $(if $(MPI),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags o
 MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c,$(wildcard tests/*.c tests/fuzz/*.c)))
@@ -158,7 +158,7 @@ $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 $(B)/render $(B)/mpi: $(B)/pktrt.o
 $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
-$(addprefix $(B)/,spinner cornell pick lightmap instances changes effects deform): $(EXAMPLE_HEADERS)
+$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
@@ -778,12 +778,12 @@ $(VERSIONS)/references/version_%/made:
 # NO_RENDER+NO_SIMD; `full` has none: it is what a program gets that defines nothing.
 LEAVEOUT = $(B)/leaveout
 LEAVEOUT_SWITCHES = NO_MOTION NO_STATS NO_PAPER NO_LENS NO_SHUTTER NO_AREA_LIGHTS NO_GLOSS NO_DIELECTRIC NO_CONDUCTOR \
-  NO_NORMALS NO_TEXTURES NO_INSTANCES NO_GROUPS NO_REMOVAL NO_SURFACES
+  NO_NORMALS NO_TEXTURES NO_INSTANCES NO_GROUPS NO_REMOVAL NO_SURFACES NO_CLOSEST
 empty :=
 LEAVEOUT_ALL = $(subst $(empty) ,+,$(strip $(LEAVEOUT_SWITCHES)))
 # Queries only: the first with one instruction set and meshes at rest alone, then what that leaves out comes back.
 ONE_SET = NO_RENDER+NO_SSE2
-MESHES_ONLY = NO_STATS+NO_PAPER+NO_INSTANCES+NO_GROUPS+NO_REMOVAL+NO_SURFACES
+MESHES_ONLY = NO_STATS+NO_PAPER+NO_INSTANCES+NO_GROUPS+NO_REMOVAL+NO_SURFACES+NO_CLOSEST
 LEAVEOUT_QUERIES = $(ONE_SET)+$(MESHES_ONLY)+NO_MOTION $(ONE_SET)+$(MESHES_ONLY)+NO_MOTION+NO_FRUSTA \
   $(ONE_SET)+$(MESHES_ONLY)+NO_FRUSTA $(ONE_SET)+$(MESHES_ONLY) $(ONE_SET)+NO_STATS+NO_PAPER $(ONE_SET) \
   NO_RENDER+NO_SIMD+$(MESHES_ONLY)+NO_MOTION+NO_FRUSTA NO_RENDER+NO_SIMD NO_RENDER

@@ -144,6 +144,7 @@
        >>crossings    all hits along a ray; whether a point is inside
        >>vectors      the few operations that are not done by eights
        >>shading      what one shades with: normals, texture coordinates; rays from points of triangles
+       >>closest      the point of the surface that is nearest to a point
        >>samplers     the sets
        >>elementary   exp, log, sine and cosine, the same on every machine
        >>screen       linear values to codes of screens
@@ -216,6 +217,8 @@
                               Define it before the file's first #include, too.
      PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface and pktrt_spawn_at are not declared.
                               Define it before the file's first #include, too.
+     PKTRT_NO_CLOSEST         pktrt_closest_point and its kin are not declared. Define it before the file's first
+                              #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
      PKTRT_COUNT_FAST         Asked for: the fast path counts what its packets and streams do, not rays and hits
                               alone, by kernels stamped once more.
@@ -231,7 +234,7 @@
      Weight. What usual builds of the implementation are, by gcc 12 at -O2 for x86-64, on one core of an AMD EPYC
      (Zen 5); for comparison, a program that uses it, of 1,100 lines beside its scenes. An older machine takes twice as
      long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
-     _REMOVAL, _SURFACES and _NORMALS.
+     _REMOVAL, _SURFACES, _CLOSEST and _NORMALS.
      build                      seconds      bytes of code
      whole                          9.0            458,027
      AVX2 alone                     7.0            361,396
@@ -572,6 +575,9 @@
 #ifdef PKTRT_NO_SURFACES
 #define PKTRT__DECLARED_NO_SURFACES
 #endif
+#ifdef PKTRT_NO_CLOSEST
+#define PKTRT__DECLARED_NO_CLOSEST
+#endif
 
 #ifdef PKTRT_STATIC
 #define PKTRT__DECLARED_STATIC
@@ -877,6 +883,31 @@ PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *, const pktrt_ray *, pkt
 PKTRT_DEF int pktrt_winding(const pktrt_scene *, uint32_t mesh, const float point[3], float time);
 PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *points, const float *times, int *out,
                                size_t n);
+
+#ifndef PKTRT_NO_CLOSEST
+/* The nearest point of all triangles that rays can meet; one without area at that time does not count. Of equal squared
+   distances (in doubles, see >>closest) the lower mesh has it, then the lower triangle. `distance` errs by at most 2^-24
+   of itself and 2^-38 of itself and the triangle's longest edge: 2^-24 of these where the triangle is over 1000 times as
+   long as high; in an instance by 2^-50 of the coordinates that place it besides. Inside and outside: pktrt_winding. */
+typedef struct pktrt_closest {
+  float distance;    /* in the scene, also to what an instance scales; INFINITY if there is none */
+  float point[3];    /* (1 - u - v) p0 + u p1 + v p2 */
+  float normal[3];   /* of unit length, along that of a hit of the triangle */
+  float u, v;        /* never below 0, nor is (1 - u) - v */
+  uint32_t mesh;     /* PKTRT_NONE: none, and all else is 0 */
+  uint32_t triangle; /* likewise */
+} pktrt_closest;
+typedef struct pktrt_point_query {
+  float point[3];     /* beyond 2^100, infinite or NaN: finds none */
+  float max_distance; /* what is at it counts; INFINITY: no limit; 0: the point itself; below, NaN: finds none */
+  float time;         /* as of rays */
+  uint32_t mask;      /* see pktrt_mesh_desc; 0: all bits */
+} pktrt_point_query;
+/* At time 0, all masks. Returns false if there is none. */
+PKTRT_DEF bool pktrt_closest_point(const pktrt_scene *, const float point[3], float max_distance, pktrt_closest *out);
+/* Many in any order, best near the one before. Each is searched alone. */
+PKTRT_DEF void pktrt_closest_point_n(const pktrt_scene *, const pktrt_point_query *, pktrt_closest *out, size_t n);
+#endif
 
 /* n rays in any order, best like their neighbours: packets form by themselves. No overlaps; n = 0 with NULL is fine. */
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t n);
@@ -1674,6 +1705,8 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
 #error "PKTRT_NO_INSTANCES: define it before the first time that a file includes pktrt.h, or not at all"
 #elif defined(PKTRT_NO_SURFACES) != defined(PKTRT__DECLARED_NO_SURFACES)
 #error "PKTRT_NO_SURFACES: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_NO_CLOSEST) != defined(PKTRT__DECLARED_NO_CLOSEST)
+#error "PKTRT_NO_CLOSEST: define it before the first time that a file includes pktrt.h, or not at all"
 #elif defined(PKTRT_STATIC) != defined(PKTRT__DECLARED_STATIC)
 #error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
@@ -5012,6 +5045,10 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__ERROR_NEEDLE 4.76837158203125e-7  /* of planes of needles, 2^-21 */
 
 /* How far rays start from edges, in offsets, sizes of the point and lengths of edges: see D of >>spawn. */
+#define PKTRT__CLOSEST_INSIDE 9.094947017729282e-13 /* weights of what is not at an edge, 2^-40 */
+#define PKTRT__CLOSEST_FLAT 5.551115123125783e-17   /* squared heights that edges alone serve for, 2^-54 */
+#define PKTRT__CLOSEST_ERROR 1.4210854715202004e-14 /* of V, and of all that it is made of, 2^-46 */
+#define PKTRT__CLOSEST_MORE 1.000003814697265625    /* of limits in floats, 1 + 2^-18 */
 #define PKTRT__EDGE_OFFSET (PKTRT__SLACK(edge) * 10.0)
 #define PKTRT__EDGE_SIZE (PKTRT__SLACK(edge) * (24.0 * PKTRT__EPS))
 #define PKTRT__EDGE_LEAST (PKTRT__SLACK(edge) * PKTRT__ERROR_LEAST)
@@ -15058,6 +15095,20 @@ PKTRT__NOINLINE void pktrt__texcoord_at(const pktrt_scene *s, uint32_t mesh, uin
   }
 }
 
+/* Finds the normal of a triangle in the scene, as that of a hit; false where it has no area. Its corners are those where it
+   belongs: in the frame of an instance which lies at `place`, or in the scene. */
+PKTRT__NOINLINE bool pktrt__triangle_normal(const pktrt__place *place, int side, float p[3][3], double out[3]) {
+  double n[3];
+  pktrt__exact_view v;
+
+  pktrt__exact_view_corners(&v, p[0], p[0], p[0], 1);
+  if (!pktrt__tri_normal(p, n)) pktrt__exact_normal(v, n);
+  memcpy(out, n, sizeof n);
+  for (int a = 0; a < 3 && place; a++)
+    out[a] = side * (place->inverse[a][0] * n[0] + place->inverse[a][1] * n[1] + place->inverse[a][2] * n[2]);
+  return pktrt__max_abs3(out[0], out[1], out[2]) > 0;
+}
+
 #ifndef PKTRT_NO_SURFACES
 /* Interpolates the shading normal of a hit; false where its mesh has none. */
 static bool pktrt__shading_normal(const pktrt_scene *s, const pktrt_hit *hit, float time, double n[3]) {
@@ -15104,40 +15155,495 @@ PKTRT__NOINLINE void pktrt__do_surface_n(const pktrt_scene *s, const pktrt_ray *
   for (size_t i = 0; i < n; i++) pktrt__do_surface(s, &rays[i], &hits[i], &out[i]);
 }
 
-/* Finds the normal of a triangle, as that of a hit; false where it has no area. */
-static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  float p[3][3];
-  double n[3], at[3];
-  pktrt_ray within;
-  pktrt__place moving;
-  pktrt__exact_view v;
-  const pktrt__place *place = pktrt__spawn_frame(s, hit->mesh, hit->triangle, ray, p, &within, &moving);
-  pktrt__exact_view_corners(&v, within.origin, within.direction, p[0], 1);
-  if (!pktrt__tri_normal(p, n)) pktrt__exact_normal(v, n);
-  memcpy(at, n, sizeof at);
-  for (int a = 0; a < 3 && place; a++)
-    at[a] = pktrt__mesh_side(s, hit->mesh) *
-            (place->inverse[a][0] * n[0] + place->inverse[a][1] * n[1] + place->inverse[a][2] * n[2]);
-  const bool has_area = pktrt__normalise(at);
-  for (int a = 0; a < 3 && has_area; a++) hit->normal[a] = (float)at[a];
-  return has_area;
-}
 PKTRT__NOINLINE void pktrt__do_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v,
                                         float time, const float direction[3], pktrt_ray *out) {
   pktrt_ray ray = pktrt_make_ray(direction, direction);
+  pktrt_ray within;
   pktrt_hit hit;
+  pktrt__place moving;
+  float p[3][3];
+  double n[3];
   ray.time = time;
   hit.t = NAN, hit.u = u, hit.v = v, hit.mesh = mesh, hit.triangle = triangle; /* known by u and v alone */
   memset(out, 0, sizeof *out);
   out->time = time;
   if (!s || mesh >= s->committed_meshes || triangle >= s->meshes[mesh].triangle_count) return;
-  if (pktrt__spawn_normal(s, &ray, &hit)) pktrt__do_spawn(s, &ray, &hit, ray.direction, out);
+
+  const pktrt__place *place = pktrt__spawn_frame(s, mesh, triangle, &ray, p, &within, &moving);
+
+  if (!pktrt__triangle_normal(place, pktrt__mesh_side(s, mesh), p, n)) return;
+
+  const double most = pktrt__max_abs3(n[0], n[1], n[2]);
+
+  for (int a = 0; a < 3; a++) hit.normal[a] = (float)(n[a] / most);
+  pktrt__do_spawn(s, &ray, &hit, ray.direction, out);
 }
 PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit *hits, const float *times,
                                           const float *directions, pktrt_ray *out, size_t n) {
   for (size_t i = 0; i < n; i++)
     pktrt__do_spawn_at(s, hits[i].mesh, hits[i].triangle, hits[i].u, hits[i].v, times ? times[i] : 0,
                        directions + 3 * i, &out[i]);
+}
+#endif
+
+#ifndef PKTRT_NO_CLOSEST
+/* >>closest: the point of the surface that is nearest to a point ------------------------------------------------------
+
+   DEFINITION. The corners of a triangle at the query's time are those of >>exactness; in an instance A p + s
+   (>>places), in doubles. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one
+   sequence of doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= max_distance^2 that
+   have area then.
+
+   ERROR. The root of V is within (2^-49 k + 2^-39) (d + L) of the distance d, and within 2^-24 (d + L) for any
+   triangle; L is its longest edge, k is L over its least height. In an instance 2^-50 (|A| |p| + |s|) comes on top.
+     1. The foot of the point on the plane is a + u (b - a) + v (c - a). If its three weights are above 2^-40, it is
+        the nearest point; else the nearest point is that of the edges whose weights are not. A foot so near to an
+        edge moves by 2^-40 L at most when it is taken for a point of the edge.
+     2. The foot errs by 2^-49 k (d + L) along the plane, as does the direction across b - a: what is left of c - a
+        without its part along b - a. Where less than 2^-27 of c - a is left, edges alone serve: the foot is half of
+        that from one.
+     3. On an edge the nearest point is within 2^-50 (d + L). Sums begin at its lesser corner, so that the two
+        triangles at an edge or those at a corner find the same bits, and the first of them has the point.
+
+   CULLING. Let D be the distance of a box that holds the nearest part of a triangle. V >= (D - E)^2 (1 - 2^-50),
+   since V is the square of the way to a point that rounding moves off the triangle by at most E, 2^-46 of the sum of
+   all coordinates. No point was found that needs this E. Boxes are tested in floats:
+     1. In an instance the point is moved to its frame and rounded to q. How far A q + s is from the point is added to
+        E.
+     2. Ways g along the axes of the frame, to the box, are at least sqrt(w sum(|A_i|^2 g_i^2)) long in the scene,
+        with the columns A_i and a lower bound w of the eigenvalues of their cosines: 1 where columns are
+        perpendicular.
+     3. Ways are in units of the sum of all coordinates, so that squares stay in the range of floats; those of boxes
+        that are too small for it are taken for 0. 2^-18 of the limit pays for the rounding of floats. */
+
+/* A search for the closest point. */
+typedef struct pktrt__closest_search {
+  double point[3], best; /* best: the least V so far */
+  float time;
+  uint32_t mask;
+  uint32_t id, place;             /* of the closest: its global index, 1 more than its instance or 0, */
+  float p[3][3];                  /* its corners in the frame of what it belongs to */
+  double corner[3][3], weight[3]; /* and in the scene */
+} pktrt__closest_search;
+
+/* The point of a search in the frame of trees. */
+typedef struct pktrt__closest_view {
+  const pktrt__place *place; /* NULL: the scene's */
+  float at[3], scale[3];
+  double unit, error; /* of ways in the scene; E */
+  float limit;        /* boxes whose squared distances are beyond it are passed by */
+  uint32_t first_id, index;
+} pktrt__closest_view;
+
+/* Moves a corner from the frame of an instance to the scene. */
+PKTRT__INLINE void pktrt__place_corner(const pktrt__place *p, const float corner[3], double out[3]) {
+  for (int a = 0; a < 3; a++) {
+    const double *row = p->a[a];
+    out[a] = ((row[0] * (double)corner[0] + row[1] * (double)corner[1]) + row[2] * (double)corner[2]) + p->shift[a];
+  }
+}
+
+/* Returns the squared distance of a point to the edge between two corners; finds which part of the way from `from` to
+   `to` leads to the nearest point. The lesser corner comes first in all sums. */
+static double pktrt__closest_on_edge(const double point[3], const double *from, const double *to, double *part) {
+  bool turn = from[2] > to[2];
+
+  if (from[1] != to[1]) turn = from[1] > to[1];
+  if (from[0] != to[0]) turn = from[0] > to[0];
+
+  const double *first = turn ? to : from;
+  const double *last = turn ? from : to;
+  double edge[3], way[3], along = 0, square = 0, sum = 0;
+
+  for (int a = 0; a < 3; a++) {
+    edge[a] = last[a] - first[a];
+    way[a] = point[a] - first[a];
+    along += edge[a] * way[a];
+    square += edge[a] * edge[a];
+  }
+
+  const double t = along > 0 ? along < square ? along / square : 1 : 0;
+
+  for (int a = 0; a < 3; a++) {
+    const double rest = t < 1 ? way[a] - t * edge[a] : point[a] - last[a];
+
+    sum += rest * rest;
+  }
+  *part = turn ? 1 - t : t;
+  return sum;
+}
+
+/* Returns V of >>closest for a triangle, and finds the weights of the corners at the nearest point. */
+static double pktrt__closest_on_triangle(const double point[3], double corner[3][3], double weight[3]) {
+  double ab[3], ac[3], way[3], up[3], square = 0, shear = 0, along = 0, whole = 0, height = 0, across = 0, sum = 0;
+
+  for (int a = 0; a < 3; a++) {
+    ab[a] = corner[1][a] - corner[0][a];
+    ac[a] = corner[2][a] - corner[0][a];
+    way[a] = point[a] - corner[0][a];
+    square += ab[a] * ab[a];
+    shear += ab[a] * ac[a];
+    along += ab[a] * way[a];
+    whole += ac[a] * ac[a];
+  }
+  shear /= square;
+  for (int a = 0; a < 3; a++) {
+    up[a] = ac[a] - shear * ab[a];
+    height += up[a] * up[a];
+    across += up[a] * way[a];
+  }
+  weight[2] = across / height;
+  weight[1] = along / square - weight[2] * shear;
+  weight[0] = 1 - weight[1] - weight[2];
+
+  /* Bit i: the edge across corner i is asked. */
+  uint32_t edges = height > PKTRT__CLOSEST_FLAT * whole ? 0 : 7;
+
+  for (int i = 0; i < 3; i++) edges |= weight[i] > PKTRT__CLOSEST_INSIDE ? 0 : 1u << i;
+  if (!edges) {
+    for (int a = 0; a < 3; a++) {
+      const double rest = way[a] - weight[1] * ab[a] - weight[2] * ac[a];
+
+      sum += rest * rest;
+    }
+    return sum;
+  }
+  sum = INFINITY;
+  for (int i = 0; i < 3; i++) {
+    if (!(edges >> i & 1)) continue;
+
+    const int from = (i + 1) % 3;
+    const int to = (i + 2) % 3;
+    double part;
+    const double square_of_edge = pktrt__closest_on_edge(point, corner[from], corner[to], &part);
+
+    if (!(square_of_edge < sum)) continue;
+    sum = square_of_edge;
+    weight[i] = 0;
+    weight[from] = 1 - part;
+    weight[to] = part;
+  }
+  return sum;
+}
+
+/* Computes the limit of boxes from the least V so far. */
+PKTRT__NOINLINE void pktrt__closest_set_limit(const pktrt__closest_search *search, pktrt__closest_view *view) {
+  const double most = (sqrt(search->best) + view->error) * view->unit;
+
+  view->limit = pktrt__to_float(most * most * PKTRT__CLOSEST_MORE) + FLT_MIN;
+}
+
+/* Sees the point of a search in the frame of an instance, or of the scene where `place` is NULL. `largest`: of the
+   coordinates there. */
+PKTRT__COLD void pktrt__closest_see(const pktrt__closest_search *search, const pktrt__place *place, float largest,
+                                    pktrt__closest_view *view) {
+  double there[3], from[3], square[3] = {1, 1, 1}, sum = 0, off = 0, least = 1;
+
+  view->place = place;
+  for (int a = 0; a < 3; a++) from[a] = there[a] = search->point[a];
+  if (place) {
+    for (int a = 0; a < 3; a++) from[a] -= place->shift[a];
+    pktrt__place_turn_back(place, from, there);
+  }
+  for (int a = 0; a < 3; a++) {
+    const double at = pktrt__max(-(double)PKTRT__FAR, pktrt__min(there[a], (double)PKTRT__FAR));
+
+    view->at[a] = (float)at;
+    there[a] = (double)view->at[a];
+  }
+  for (int a = 0; a < 3; a++) {
+    sum += fabs(search->point[a]);
+    if (!place) {
+      sum += (double)largest;
+      continue;
+    }
+
+    double at[3];
+    const double *row = place->a[a];
+
+    pktrt__place_corner(place, view->at, at);
+    off += fabs(at[a] - search->point[a]);
+    sum += fabs(place->shift[a]);
+    for (int k = 0; k < 3; k++) sum += fabs(row[k]) * (fabs(there[k]) + (double)largest);
+  }
+  if (place) {
+    double cosine[3];
+
+    for (int k = 0; k < 3; k++) {
+      square[k] = 0;
+      for (int a = 0; a < 3; a++) square[k] += place->a[a][k] * place->a[a][k];
+    }
+    for (int k = 0; k < 3; k++) {
+      const int next = (k + 1) % 3;
+
+      cosine[k] = 0;
+      for (int a = 0; a < 3; a++) cosine[k] += place->a[a][k] * place->a[a][next];
+      cosine[k] = fabs(cosine[k] / sqrt(square[k]) / sqrt(square[next]));
+    }
+
+    /* Gershgorin's bound. */
+    const double all = cosine[0] + cosine[1] + cosine[2];
+
+    least = 1 - all + pktrt__min(cosine[0], pktrt__min(cosine[1], cosine[2])) - PKTRT__CLOSEST_INSIDE;
+  }
+  view->error = off + sum * PKTRT__CLOSEST_ERROR;
+  view->unit = 1 / pktrt__max(sum, DBL_MIN);
+  for (int k = 0; k < 3; k++) {
+    const double scale = least > 0 ? sqrt(least * square[k]) * view->unit : 0;
+
+    view->scale[k] = (float)pktrt__min(scale, (double)PKTRT__FAR);
+  }
+  pktrt__closest_set_limit(search, view);
+}
+
+/* Finds the squared distances of eight boxes, in the units of a view. Planes of an axis are `axis` floats behind those
+   of the one before. WHY this form: gcc 12 and clang make vectors of it at -O2. */
+PKTRT__NOINLINE void pktrt__closest_boxes(const pktrt__closest_view *view, const float *lo, const float *hi,
+                                          size_t axis, float out[8]) {
+  float sum[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+
+  for (int a = 0; a < 3; a++, lo += axis, hi += axis) {
+    const float at = view->at[a];
+    const float scale = view->scale[a];
+
+    for (int i = 0; i < 8; i++) {
+      const float below = lo[i] - at;
+      const float above = at - hi[i];
+      float way = below > above ? below : above;
+
+      way = (way > 0 ? way : 0) * scale;
+      sum[i] += way * way;
+    }
+  }
+  for (int i = 0; i < 8; i++) out[i] = sum[i];
+}
+
+/* Compares the triangles of a leaf with the closest so far. */
+static void pktrt__closest_leaf(pktrt__closest_search *search, pktrt__closest_view *view, const pktrt__block *block,
+                                const float *vertex) {
+  float lo[3][8], hi[3][8], bound[8];
+
+  for (int a = 0; a < 3; a++)
+    for (int i = 0; i < 8; i++) {
+      const float x = vertex[8 * a + i];
+      const float y = vertex[8 * a + 24 + i];
+      const float z = vertex[8 * a + 48 + i];
+      const float least = x < y ? x : y;
+      const float most = x < y ? y : x;
+
+      lo[a][i] = least < z ? least : z;
+      hi[a][i] = most > z ? most : z;
+    }
+  pktrt__closest_boxes(view, lo[0], hi[0], 8, bound);
+
+  for (uint32_t i = 0; i < 8; i++) {
+    if (block->id[i] == PKTRT_NONE || bound[i] > view->limit) continue;
+
+    float p[3][3];
+    double corner[3][3], weight[3];
+    const uint32_t id = view->first_id + block->id[i];
+
+    for (int k = 0; k < 9; k++) p[k / 3][k % 3] = vertex[8 * k + (int)i];
+    for (int c = 0; c < 3; c++) {
+      if (PKTRT__INSTANCES && view->place) pktrt__place_corner(view->place, p[c], corner[c]);
+      else
+        for (int a = 0; a < 3; a++) corner[c][a] = (double)p[c][a];
+    }
+
+    const double square = pktrt__closest_on_triangle(search->point, corner, weight);
+
+    if (!(square < search->best || (square == search->best && id < search->id))) continue;
+    if (vertex != block->vertex[0][0] && !pktrt__tri_has_area(vertex + i, 8)) continue;
+    search->best = square;
+    search->id = id;
+    search->place = view->index;
+    memcpy(search->p, p, sizeof p);
+    memcpy(search->corner, corner, sizeof corner);
+    memcpy(search->weight, weight, sizeof weight);
+    pktrt__closest_set_limit(search, view);
+  }
+}
+
+/* A node, a leaf or a box of the top level that waits for its turn. */
+typedef struct pktrt__closest_entry {
+  uint32_t ref;
+  float bound; /* its squared distance */
+} pktrt__closest_entry;
+
+/* Puts children that are within a limit behind n others, the nearest last. Returns how many there are then. */
+static uint32_t pktrt__closest_push(pktrt__closest_entry *stack, uint32_t n, const uint32_t *child,
+                                    const float bound[8], float limit) {
+  const uint32_t base = n;
+
+  for (int i = 0; i < 8; i++) {
+    if (child[i] == PKTRT_NONE || bound[i] > limit) continue;
+    stack[n].ref = child[i];
+    stack[n].bound = bound[i];
+    if (n > base && stack[n - 1].bound < bound[i]) {
+      const pktrt__closest_entry swap = stack[n];
+
+      stack[n] = stack[n - 1];
+      stack[n - 1] = swap;
+    }
+    n++;
+  }
+  return n;
+}
+
+static void pktrt__closest_trees(const pktrt_scene *, pktrt__closest_search *, pktrt__closest_view *);
+static void pktrt__closest_tree(const pktrt_scene *, pktrt__closest_search *, pktrt__closest_view *, const pktrt__bvh *,
+                                bool top);
+
+/* Searches what a box of the top level stands for: a tree of a group, or an instance. */
+static void pktrt__closest_enter(const pktrt_scene *s, pktrt__closest_search *search, pktrt__closest_view *view,
+                                 const pktrt__bvh *top, uint32_t index) {
+  if (PKTRT__GROUPS && s->groups && top >= s->groups->bvhs && top < s->groups->bvhs + s->groups->bvh_count) {
+    pktrt__closest_tree(s, search, view, &s->bvhs[s->direct_count + index], false);
+  } else if (PKTRT__INSTANCES && (s->instances[index].seen & search->mask)) {
+    const pktrt__instance *in = &s->instances[index];
+    pktrt__place moving;
+    pktrt__closest_view within;
+
+    pktrt__closest_see(search, pktrt__place_at(in, search->time, &moving), in->model->largest, &within);
+    within.first_id = in->first_id;
+    within.index = index + 1;
+    pktrt__closest_trees(in->model, search, &within);
+    pktrt__closest_set_limit(search, view);
+  }
+}
+
+/* Searches a tree, the nearest child first; `top`: its leaves are boxes of the top level. */
+static void pktrt__closest_tree(const pktrt_scene *s, pktrt__closest_search *search, pktrt__closest_view *view,
+                                const pktrt__bvh *bvh, bool top) {
+  pktrt__closest_entry stack[PKTRT__STACK + 8];
+  float weight[2] = {1, 0}, between[72], bound[8];
+  uint32_t n = 0;
+
+  if (!top && !(bvh->mask & search->mask)) return;
+
+  const bool moves = pktrt__has_motion(bvh->key_count);
+  const uint32_t key = moves ? pktrt__time_segment(search->time, bvh->key_count, &weight[0], &weight[1]) : 0;
+
+  for (uint32_t ref = 0;;) {
+    const bool leaf = (ref & PKTRT__LEAF) != 0;
+    const uint32_t *child = NULL;
+
+    pktrt__node *node = leaf ? NULL : pktrt__bvh_node(bvh, ref);
+    pktrt__block *block = leaf ? pktrt__bvh_block(bvh, ref & ~PKTRT__LEAF) : NULL;
+    const float *at = leaf ? pktrt__block_vertices(block, key) : pktrt__node_planes(node, key);
+
+    if (moves) {
+      const float *to = leaf ? pktrt__block_vertices(block, key + 1) : pktrt__node_planes(node, key + 1);
+
+      for (int i = 0; i < (leaf ? 72 : 48); i++) between[i] = weight[0] * at[i] + weight[1] * to[i];
+      at = between;
+    }
+    if (!leaf) {
+      child = node->child;
+      pktrt__closest_boxes(view, at, at + 8, 16, bound);
+    } else if (top) {
+      child = bvh->block_triangles + (size_t)(ref & ~PKTRT__LEAF) * 8;
+      pktrt__closest_boxes(view, at, at + 24, 8, bound);
+    } else {
+      pktrt__closest_leaf(search, view, block, at);
+    }
+
+    const uint32_t base = n;
+
+    if (child) n = pktrt__closest_push(stack, n, child, bound, view->limit);
+    /* What a leaf of the top level has is entered at once. */
+    while (leaf && n > base) {
+      n--;
+      if (stack[n].bound <= view->limit) pktrt__closest_enter(s, search, view, bvh, stack[n].ref);
+    }
+    do {
+      if (!n) return;
+      n--;
+    } while (stack[n].bound > view->limit);
+    ref = stack[n].ref;
+  }
+}
+
+/* Searches all trees of a scene or a model. */
+PKTRT__NOINLINE void pktrt__closest_trees(const pktrt_scene *s, pktrt__closest_search *search,
+                                          pktrt__closest_view *view) {
+  for (uint32_t i = 0; i < s->direct_count; i++) pktrt__closest_tree(s, search, view, &s->bvhs[i], false);
+#ifndef PKTRT__NO_TOP
+  for (int which = 0; which < 2; which++) {
+    const pktrt_scene *top = which ? s->boxes : s->groups;
+
+    for (uint32_t i = 0; top && i < top->bvh_count; i++) pktrt__closest_tree(s, search, view, &top->bvhs[i], true);
+  }
+#endif
+}
+
+/* Describes the closest point that a search has found. */
+static void pktrt__closest_resolve(const pktrt_scene *s, pktrt__closest_search *search, pktrt_closest *out) {
+  const double *weight = search->weight;
+  uint32_t hint[2] = {0, 0};
+  double normal[3];
+  const pktrt__place *place = NULL;
+  pktrt__place moving;
+
+  pktrt__mesh_name_triangle(s, search->id, &search->place, hint, &out->mesh, &out->triangle);
+  if (PKTRT__INSTANCES && search->place)
+    place = pktrt__place_at(&s->instances[search->place - 1], search->time, &moving);
+  (void)pktrt__triangle_normal(place, pktrt__mesh_side(s, out->mesh), search->p, normal);
+  (void)pktrt__normalise(normal);
+  out->distance = pktrt__to_float(sqrt(search->best));
+  out->u = (float)weight[1];
+  out->v = pktrt__minf((float)weight[2], 1 - out->u);
+  for (int a = 0; a < 3; a++) {
+    const double p0 = search->corner[0][a];
+    const double way = weight[1] * (search->corner[1][a] - p0) + weight[2] * (search->corner[2][a] - p0);
+
+    out->point[a] = pktrt__to_float(p0 + way);
+    out->normal[a] = (float)normal[a];
+  }
+}
+
+/* Finds the closest point of a query. */
+static bool pktrt__closest_find(const pktrt_scene *s, const pktrt_point_query *query, pktrt_closest *out) {
+  const pktrt_point_query q = *query;
+  const double reach = (double)q.max_distance;
+  pktrt__closest_search search;
+  pktrt__closest_view view;
+  bool valid = q.max_distance >= 0;
+
+  memset(out, 0, sizeof *out);
+  out->distance = INFINITY;
+  out->mesh = out->triangle = PKTRT_NONE;
+  for (int a = 0; a < 3; a++) {
+    valid = valid && fabsf(q.point[a]) <= PKTRT_MAX_COORD;
+    search.point[a] = (double)q.point[a];
+  }
+  if (!s || !valid) return false;
+
+  search.best = reach * reach;
+  search.time = q.time;
+  search.mask = PKTRT__GROUPS && q.mask ? q.mask : UINT32_MAX;
+  search.id = PKTRT_NONE;
+  search.place = 0;
+  pktrt__closest_see(&search, NULL, s->largest, &view);
+  view.first_id = view.index = 0;
+  pktrt__closest_trees(s, &search, &view);
+  if (search.id == PKTRT_NONE) return false;
+  pktrt__closest_resolve(s, &search, out);
+  return true;
+}
+
+static bool pktrt__do_closest_point(const pktrt_scene *s, const float point[3], float max_distance,
+                                    pktrt_closest *out) {
+  pktrt_point_query query;
+
+  memset(&query, 0, sizeof query);
+  memcpy(query.point, point, sizeof query.point);
+  query.max_distance = max_distance;
+  return pktrt__closest_find(s, &query, out);
+}
+PKTRT__NOINLINE void pktrt__do_closest_point_n(const pktrt_scene *s, const pktrt_point_query *queries,
+                                               pktrt_closest *out, size_t n) {
+  for (size_t i = 0; i < n; i++) (void)pktrt__closest_find(s, &queries[i], &out[i]);
 }
 #endif
 
@@ -20543,6 +21049,15 @@ PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float 
                                size_t n) {
   PKTRT__UNDER_SETTINGS(pktrt__do_winding_n(s, mesh, points, times, out, n));
 }
+#ifndef PKTRT_NO_CLOSEST
+PKTRT_DEF bool pktrt_closest_point(const pktrt_scene *s, const float point[3], float max_distance, pktrt_closest *out) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, pktrt__do_closest_point(s, point, max_distance, out));
+}
+PKTRT_DEF void pktrt_closest_point_n(const pktrt_scene *s, const pktrt_point_query *queries, pktrt_closest *out,
+                                     size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_closest_point_n(s, queries, out, n));
+}
+#endif
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
   PKTRT__UNDER_SETTINGS(pktrt__do_intersect_ex(s, NULL, rays, hits, n));
 }

@@ -119,6 +119,7 @@ typedef struct stand {
   pktrt_ray rays[MOST];
   pktrt_hit hits[MOST];
   float directions[3 * MOST], times[MOST], points[3 * MOST];
+  pktrt_point_query queries[MOST];
 } stand;
 
 static void stand_open(stand *st, pktrt_isa isa) {
@@ -165,6 +166,8 @@ static void stand_open(stand *st, pktrt_isa isa) {
     st->times[i] = ray.time;
     for (int k = 0; k < 3; k++) st->directions[3 * i + (uint32_t)k] = rng_sign(&random);
     for (int k = 0; k < 3; k++) st->points[3 * i + (uint32_t)k] = rng_sign(&random) + (k == 1 ? 2 : 0);
+    memcpy(st->queries[i].point, st->points + 3 * i, sizeof st->queries[i].point);
+    st->queries[i].max_distance = 1, st->queries[i].time = ray.time, st->queries[i].mask = i % 5;
   }
   pktrt_intersect_n(st->scene, st->rays, st->hits, MOST);
 }
@@ -172,12 +175,16 @@ static void stand_open(stand *st, pktrt_isa isa) {
 /* --- queries --- */
 
 typedef struct inputs {
-  input rays, hits, directions, times, points;
+  input rays, hits, directions, times, points, queries;
 } inputs;
 
 static inputs inputs_of(const stand *st, size_t n) {
-  const inputs in = {input_of(st->rays, n * sizeof *st->rays), input_of(st->hits, n * sizeof *st->hits),
-                     input_of(st->directions, n * 12), input_of(st->times, n * 4), input_of(st->points, n * 12)};
+  const inputs in = {input_of(st->rays, n * sizeof *st->rays),
+                     input_of(st->hits, n * sizeof *st->hits),
+                     input_of(st->directions, n * 12),
+                     input_of(st->times, n * 4),
+                     input_of(st->points, n * 12),
+                     input_of(st->queries, n * sizeof *st->queries)};
   return in;
 }
 
@@ -187,6 +194,7 @@ static void inputs_free(inputs *in) {
   input_free(&in->directions);
   input_free(&in->times);
   input_free(&in->points);
+  input_free(&in->queries);
 }
 
 /* Calls with arrays of structs. */
@@ -208,6 +216,10 @@ static void guard_arrays(const stand *st, size_t n) {
   g = guarded_array(n, sizeof(int));
   pktrt_winding_n(scene, st->ball, in.points.array, in.times.array, g.array, n);
   check_filled(&g, sizeof(int), "pktrt_winding_n", n);
+
+  g = guarded_array(n, sizeof(pktrt_closest));
+  pktrt_closest_point_n(scene, in.queries.array, g.array, n);
+  check_filled(&g, sizeof(pktrt_closest), "pktrt_closest_point_n", n);
 
   g = guarded_array(n, sizeof(pktrt_ray));
   pktrt_spawn_n(scene, in.rays.array, in.hits.array, in.directions.array, g.array, n);

@@ -15,7 +15,8 @@ quick=$(command -v clang >/dev/null && echo "clang -O0" || echo "gcc -O1")
 narrow="PKTRT_NO_AVX2 PKTRT_NO_AVX512"
 pictures="PKTRT_NO_LENS PKTRT_NO_SHUTTER PKTRT_NO_AREA_LIGHTS PKTRT_NO_GLOSS PKTRT_NO_DIELECTRIC PKTRT_NO_CONDUCTOR
   PKTRT_NO_NORMALS PKTRT_NO_TEXTURES"
-features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES PKTRT_NO_GROUPS PKTRT_NO_REMOVAL PKTRT_NO_SURFACES $pictures)
+features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES PKTRT_NO_GROUPS PKTRT_NO_REMOVAL PKTRT_NO_SURFACES PKTRT_NO_CLOSEST
+  $pictures)
 
 # A line for each build: what is left out. The first is the full library; `unasked` asks for no set.
 builds() {
@@ -204,6 +205,7 @@ builds | tr '\n' '\0' | xargs -0 -P "${JOBS:-$(nproc)}" -n 1 "$0" --build >"$log
   attempt "a call of what PKTRT_NO_INSTANCES leaves out does not compile" calls_do_not_compile PKTRT_NO_INSTANCES 6
   attempt "a call of what PKTRT_NO_REMOVAL leaves out does not compile" calls_do_not_compile PKTRT_NO_REMOVAL 3
   attempt "a call of what PKTRT_NO_SURFACES leaves out does not compile" calls_do_not_compile PKTRT_NO_SURFACES 5
+  attempt "a call of what PKTRT_NO_CLOSEST leaves out does not compile" calls_do_not_compile PKTRT_NO_CLOSEST 4
   attempt "nor does a call without a declaration" does_not_compile "pktrt_set_normals(0, 0, 0, 0)" PKTRT_NO_NORMALS
   attempt "contradicting PKTRT_NO_RENDER is an #error that names it" contradictions_are_refused PKTRT_NO_RENDER
   attempt "contradicting PKTRT_NO_NORMALS is an #error that names it" contradictions_are_refused PKTRT_NO_NORMALS

@@ -277,6 +277,7 @@ static void run_all(void) {
   suite_bent();
   suite_rigid();
   suite_pool();
+  suite_closest();
   suite_groups();
   suite_changes();
   suite_surfaces();

@@ -312,6 +312,8 @@ static void make_queries(const pktrt_scene *s) {
   bool is, occluded[RAYS];
   size_t counts[RAYS], count;
   int winding[RAYS], wind;
+  pktrt_point_query queries[RAYS];
+  pktrt_closest nearest[RAYS];
   pktrt_surface_info surface[RAYS], at;
   rng r = rng_of(78);
   make_all_rays(rays);
@@ -321,6 +323,8 @@ static void make_queries(const pktrt_scene *s) {
       row[a][i] = rays[i].origin[a], row[3 + a][i] = rays[i].direction[a];
     }
     row[6][i] = times[i] = rays[i].time;
+    memcpy(queries[i].point, points + 3 * i, sizeof queries[i].point);
+    queries[i].max_distance = INFINITY, queries[i].time = times[i], queries[i].mask = 0;
   }
   const pktrt_rays soa = {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}, NULL, NULL, row[6]};
   const pktrt_hits to = {found[0], found[1], found[2], {NULL, NULL, NULL}, mesh_row, NULL};
@@ -336,6 +340,8 @@ static void make_queries(const pktrt_scene *s) {
     KEEP(pktrt_intersect_all, count), KEEP(pktrt_intersect_all, few);
     CALL(pktrt_winding, wind = pktrt_winding(s, i % 5 ? 2 : 4, points + 3 * i, times[i]));
     KEEP(pktrt_winding, wind);
+    CALL(pktrt_closest_point, is = pktrt_closest_point(s, points + 3 * i, i % 3 ? INFINITY : 0.2f, &nearest[i]));
+    KEEP(pktrt_closest_point, is), KEEP(pktrt_closest_point, nearest[i]);
     CALL(pktrt_spawn, pktrt_spawn(s, &rays[i], &hits[i], directions + 3 * i, &one));
     KEEP(pktrt_spawn, one);
     CALL(pktrt_surface, pktrt_surface(s, &rays[i], &hits[i], &at));
@@ -372,6 +378,8 @@ static void make_queries(const pktrt_scene *s) {
   KEEP(pktrt_spawn_at_n, out);
   CALL(pktrt_winding_n, pktrt_winding_n(s, 2, points, times, winding, RAYS));
   KEEP(pktrt_winding_n, winding);
+  CALL(pktrt_closest_point_n, pktrt_closest_point_n(s, queries, nearest, RAYS));
+  KEEP(pktrt_closest_point_n, nearest);
   memset(all, 0, sizeof all);
   CALL(pktrt_intersect_all_n, pktrt_intersect_all_n(s, rays, all, CAPACITY, counts, RAYS));
   KEEP(pktrt_intersect_all_n, counts), KEEP(pktrt_intersect_all_n, all);

@@ -19,6 +19,7 @@
 
    Contents: options, settings, parts, main. */
 #define APART (24.0f / 16777216) /* with less Embree hits the surface, and the two are not asked the same */
+#include "closest.h"
 #include "instances.h"
 #include "limits.h"
 #include "race.h"
@@ -240,6 +241,7 @@ static size_t run_setting(report *to, const options *o, stage *g, const setting 
   if (how->robust && !o->plain_only) build_robust(pairs, count, g, how);
   if (!fits_only) wrong = race(to, o, g, how, pairs, count, &r->s, &r->j);
   if (how == &settings[0] && g->of == BUILT_IN) run_extras(to, o, g, how, pairs, count, r);
+  if (how == &settings[0]) wrong += add_closest(to, o, g, how, &pairs[0]);
   if (how == &settings[0] && !g->soup) add_soup(to, g, how, pairs, count, o->rounds);
   if (how->refit) swap_poses(g);
   close_scenes(pairs, count);

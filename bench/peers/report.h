@@ -184,6 +184,8 @@ static const line lines[] = { /* required and aim of the classes Z, I, A */
   {"two workers, render",           NULL,  0,         "render",     "workers",   LEAST, ALIKE(1.9, 0)},
   {"two workers, build",            NULL,  0,         "build",      "workers",   LEAST, ALIKE(1.6, 0)},
   {"share of shading in a render",  NULL,  0,         "render",     "shading",   MOST,  ALIKE(0.28, 0)},
+  {"closest point, near the surface", REST, 0,    "points near",  "points",    MEAN,  ALIKE(0.7, 0.9)},
+  {"closest point, about the meshes", REST, 0,    "points about", "points",    MEAN,  ALIKE(0.7, 0.9)},
   {"share of rays that disagree",   NULL,  ALL_KINDS,       NULL,  "hits",       SHARE, ALIKE(1e-5, 0)},
   {"rays on which pktrt is wrong",  NULL,  ALL_KINDS,       NULL,  "hits",       FAULTS, FREE_OF_GOALS},
 };

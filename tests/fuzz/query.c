@@ -178,6 +178,12 @@ static const char *follow_chains(const pktrt_scene *s, const geometry *g, const 
       if (!which && pktrt_intersect_all(s, &along[0], all, COUNT(all)) != steps) return "A chain is of another length.";
     }
     for (uint32_t m = 0; m <= g->w.n; m++) (void)pktrt_winding(s, m, rays[i].origin, rays[i].time);
+    const pktrt_point_query query = {
+        {rays[i].origin[0], rays[i].origin[1], rays[i].origin[2]}, rays[i].tmax, rays[i].time, i % 3};
+    pktrt_closest nearest;
+    pktrt_closest_point_n(s, &query, &nearest, 1);
+    if ((nearest.mesh == PKTRT_NONE) != (nearest.distance == INFINITY)) return "A distance leads to nothing.";
+    if (nearest.mesh != PKTRT_NONE && !(nearest.distance <= rays[i].tmax)) return "A closest point is too far.";
   }
   return NULL;
 }

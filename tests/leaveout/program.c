@@ -398,6 +398,28 @@ static void try_surfaces(const char *left_out_by, const char *name, bool with_no
 #endif
 }
 
+/* Closest points of meshes, at other times too. */
+static void try_closest(void) {
+  const char *name = "closest points";
+#ifndef PKTRT_NO_CLOSEST
+  uint32_t state = 9;
+  uint64_t sum = 14695981039346656037u;
+  pktrt_scene *s = make_scene(PKTRT_ISA_AUTO);
+  request r;
+  defaults(&r);
+  for (int i = 0; i < RAYS && (i || (s && fill(s, &r) == PKTRT_OK)); i++) {
+    const pktrt_ray ray = ray_of(&state);
+    pktrt_closest at;
+    pktrt_closest_point(s, ray.origin, 5, &at);
+    add_to(&sum, &at, sizeof at);
+  }
+  printf("PKTRT_NO_CLOSEST\t%s\t%016llx\n", name, (unsigned long long)sum);
+  pktrt_scene_destroy(s);
+#else
+  printf("PKTRT_NO_CLOSEST\t%s\tleft out\n", name);
+#endif
+}
+
 static const char *set_switch(pktrt_isa isa) {
   return isa == PKTRT_ISA_AVX512 ? "PKTRT_NO_SIMD PKTRT_NO_AVX512"
          : isa == PKTRT_ISA_AVX2 ? "PKTRT_NO_SIMD PKTRT_NO_AVX2"
@@ -457,6 +479,7 @@ int main(void) {
   try_case("PKTRT_NO_SURFACES", "texcoords", with_texcoords);
   try_surfaces("PKTRT_NO_SURFACES", "surfaces", false);
   try_surfaces("PKTRT_NO_NORMALS PKTRT_NO_SURFACES", "surfaces with normals", true);
+  try_closest();
 #ifndef PKTRT_NO_RENDER
   try_pictures();
 #endif

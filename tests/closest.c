@@ -193,7 +193,7 @@ static pktrt_scene *zoo_scene(const zoo *z, pktrt_isa isa, pktrt_build_quality q
     CHECK(pktrt_add_model(s, &d, 1, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   for (uint32_t i = 0; i < ZOO_INSTANCES; i++) {
-    const pktrt_instance_desc d = {zoo_of[i], zoo_keys[i], z->placed[i], zoo_masks[ZOO_MESHES + i]};
+    const pktrt_instance_desc d = {zoo_of[i], zoo_keys[i], z->placed[i], zoo_masks[ZOO_MESHES + i], PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -470,7 +470,7 @@ static void signed_distances_of_a_ball(void) {
   const pktrt_scene_desc sd = scene_desc_of(PKTRT_ISA_AUTO, 0);
   for (int kind = 0; kind < 3; kind++) {
     const float matrix[12] = {kind == 1 ? 2.0f : -2.0f, 0, 0, 1, 0, 0, 2, 0, 0, -2, 0, 0};
-    const pktrt_instance_desc in = {0, 1, matrix, 0};
+    const pktrt_instance_desc in = {0, 1, matrix, 0, PKTRT_INTERPOLATION_LINEAR};
     const float size = kind ? 2 : 1, middle = kind ? 1 : 0;
     pktrt_scene *s = pktrt_scene_create(&sd);
     CHECK(kind ? pktrt_add_model(s, &d, 1, NULL) == PKTRT_OK && pktrt_add_instance(s, &in, NULL) == PKTRT_OK

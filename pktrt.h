@@ -1,4 +1,4 @@
-/* pktrt.h - v0.18.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.19.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -597,7 +597,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1800              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1900              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -5034,8 +5034,9 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__CALM_UV 2.9802322387695312e-8     /* 2^-25 */
 #define PKTRT__CALM_T 1.862645149230957e-9       /* 2^-29 */
 #define PKTRT__CALM_NORMAL 7.450580596923828e-9  /* 2^-27 */
-#define PKTRT__NORMAL_LEAST 1.4916681462400413e-154 /* 2^-511: squares of normals beyond these leave the doubles' range */
-#define PKTRT__NORMAL_MOST 3.3519519824856493e+153  /* 2^510 */
+#define PKTRT__NORMAL_LEAST \
+  1.4916681462400413e-154 /* 2^-511: squares of normals beyond these leave the doubles' range */
+#define PKTRT__NORMAL_MOST 3.3519519824856493e+153 /* 2^510 */
 #define PKTRT__CALM_DEPTH (PKTRT__SLACK(calm) * 5)
 #define PKTRT__TOUCH (4 * PKTRT__EPS)            /* 2^-22 of the way to a light: a surface so near to it touches it */
 #define PKTRT__ERROR_T (1.4 * PKTRT__EPS)        /* of t */
@@ -16248,11 +16249,11 @@ typedef struct pktrt__environment {
   void (*radiance)(void *user, uint32_t n, const float *const direction[3],
                    float *const radiance[3]); /* in the table */
   void *user;
-  uint32_t rows; /* and twice as many columns */
-  double *edge;  /* cosines between them, rows + 1 */
-  double *sum;   /* of rows up to each, which is included, with their solid angles */
-  float *along;  /* of each row, sums of its cells up to each, which is included */
-  double share;  /* of samples that are drawn from the table, the others by cosine; 0: all are */
+  uint32_t rows;   /* and twice as many columns */
+  double *edge;    /* cosines between them, rows + 1 */
+  double *sum;     /* of rows up to each, which is included, with their solid angles */
+  float *along;    /* of each row, sums of its cells up to each, which is included */
+  double share;    /* of samples that are drawn from the table, the others by cosine; 0: all are */
   double small[3]; /* towards a cell with a good part of all light, much brighter than those beside it, */
   bool has_small;  /* if there is one: its source is smaller than cells, or nearly */
 } pktrt__environment;
@@ -17608,7 +17609,8 @@ PKTRT__COLD void pktrt__environment_find_small(pktrt__environment *e, const floa
   for (uint32_t i = 0; i < columns * e->rows; i++) {
     const uint32_t row = i / columns, column = i % columns, from = row * columns;
     const float above = row ? radiance[i - columns] : 0, below = row + 1 < e->rows ? radiance[i + columns] : 0;
-    const float before = radiance[from + (column + columns - 1) % columns], next = radiance[from + (column + 1) % columns];
+    const float before = radiance[from + (column + columns - 1) % columns],
+                next = radiance[from + (column + 1) % columns];
     const float beside = pktrt__maxf(pktrt__maxf(above, below), pktrt__maxf(before, next));
     double high, sine, cosine;
 
@@ -20489,11 +20491,12 @@ PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render) {
 /* Warns of an environment that has most of what counts in one cell of its table, so in less than a cell. */
 PKTRT__COLD void pktrt__warn_of_environment(const pktrt_scene *s, const pktrt__environment *e) {
   if (!e || !e->has_small) return;
-  pktrt__warn(s,
-              "render: environment: towards (%.2f, %.2f, %.2f) it has a source of less than %.1f degrees, the cells of its "
-              "table: it may be lost or be noise; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
-              e->small[0], e->small[1], e->small[2], 180.0 / e->rows,
-              e->rows < 512 ? ", or call pktrt_prepare_environment" : "");
+  pktrt__warn(
+      s,
+      "render: environment: towards (%.2f, %.2f, %.2f) it has a source of less than %.1f degrees, the cells of its "
+      "table: it may be lost or be noise; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
+      e->small[0], e->small[1], e->small[2], 180.0 / e->rows,
+      e->rows < 512 ? ", or call pktrt_prepare_environment" : "");
 }
 
 #ifndef PKTRT_NO_TEXTURES
@@ -20592,8 +20595,8 @@ PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, uin
     const uint32_t kind = i / (3 * PKTRT__PROBES);
     const float x = probe.changed[i / PKTRT__PROBES][i % PKTRT__PROBES], most = kind < 2 ? 1 : INFINITY;
     if (x >= 0 && x <= most) continue;
-    pktrt__warn(s, "render: the texture of material %u writes %g as %s, outside [0, %s", (unsigned)material,
-                (double)x, names[kind], kind < 2 ? "1]: does it give values of 0 to 255?" : "infinity)");
+    pktrt__warn(s, "render: the texture of material %u writes %g as %s, outside [0, %s", (unsigned)material, (double)x,
+                names[kind], kind < 2 ? "1]: does it give values of 0 to 255?" : "infinity)");
     break;
   }
   if (pktrt__mesh_source(s, mesh)->texcoords) return;
@@ -20602,7 +20605,8 @@ PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, uin
   if (memcmp(probe.changed, other.changed, sizeof probe.changed) == 0 &&
       memcmp(probe.opacity, other.opacity, sizeof probe.opacity) == 0)
     return;
-  pktrt__warn(s, "render: the texture of material %u looks at texcoords, but mesh %u has none: set texcoords of its desc",
+  pktrt__warn(s,
+              "render: the texture of material %u looks at texcoords, but mesh %u has none: set texcoords of its desc",
               (unsigned)material, (unsigned)mesh);
 }
 
@@ -21207,6 +21211,23 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.19.0   What to change:
+                - Normals of hits are of unit length (their largest component was 1): a program that normalised them may
+                  leave that out; one that asked for a component of 1 asks for the largest.
+                - Without `samples`, passes and other rules a picture has 4 samples a pixel in RCS and WRT and 16 in DRT:
+                  who wants one sets samples to 1.
+                - pktrt_camera, pktrt_points, pktrt_mesh_desc and pktrt_instance_desc have new fields at their ends: zero
+                  them by memset or static, as ever. A camera that looks straight down is no longer refused.
+              New:
+                - pktrt_closest_point, pktrt_closest_point_n: the nearest point of all surfaces, for distances with a sign
+                  beside pktrt_winding. PKTRT_NO_CLOSEST leaves them out.
+                - pktrt_get_mesh_info: whether a mesh is closed, its open edges, degenerate triangles, bounds, bytes.
+                - triangle_materials of a mesh; meshes copy only the vertices that their indices name.
+                - PKTRT_INTERPOLATION_RIGID: instances turn as a whole between their keys.
+                - Orthographic cameras and lens shift; looking along the default up takes another, which the log says.
+                - Textures may bend normals (normal_out) and set exponents.
+                - The log hook is told of textures that look at texcoords which a mesh has not or write beyond [0,1], of
+                  suns smaller than the table of their environment, and of DRT with a single sample.
      0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what turns
               round or is mirrored), pktrt_transform_from_4x4, pktrt_to_srgb8. The log hook is told of lights and
               materials that do nothing since a field is 0, quads that face away from the scene, what could light a dark

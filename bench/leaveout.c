@@ -117,7 +117,8 @@ static void add_desc(pktrt_scene *world, pktrt_mesh_desc *d, uint32_t features, 
   if (features & PKTRT_FEATURE_GROUPS) d->group = nth + 1, d->mask = 1u << nth;
 #ifndef PKTRT_NO_INSTANCES
   if (features & PKTRT_FEATURE_INSTANCES) {
-    static const float turned[12 * KEYS] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.8f, 0, 0.6f, 0, 0, 1, 0, 0, -0.6f, 0, 0.8f, 0};
+    static const float turned[12 * KEYS] = {1,    0, 0,    0, 0, 1, 0, 0, 0,     0, 1,    0,
+                                            0.8f, 0, 0.6f, 0, 0, 1, 0, 0, -0.6f, 0, 0.8f, 0};
     pktrt_instance_desc at;
     memset(&at, 0, sizeof at);
     must(world, pktrt_add_model(world, d, 1, &at.model));
@@ -251,18 +252,27 @@ static const uint32_t all_of_them = PKTRT_FEATURE_MOTION | PKTRT_FEATURE_STATS |
                                     PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL | PKTRT_FEATURE_SURFACES;
 static const uint32_t of_queries =
     PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES | PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL;
-static const plan plans[] = {
-    {"MOTION", PKTRT_FEATURE_MOTION, PKTRT_MODE_WRT},       {"STATS", PKTRT_FEATURE_STATS, PKTRT_MODE_WRT},
-    {"PAPER", PKTRT_FEATURE_PAPER, PKTRT_MODE_WRT},         {"LENS", PKTRT_FEATURE_LENS, PKTRT_MODE_DRT},
-    {"SHUTTER", PKTRT_FEATURE_SHUTTER, PKTRT_MODE_DRT},     {"AREA_LIGHTS", PKTRT_FEATURE_AREA_LIGHTS, PKTRT_MODE_DRT},
-    {"GLOSS", PKTRT_FEATURE_GLOSS, PKTRT_MODE_DRT},         {"DIELECTRIC", PKTRT_FEATURE_DIELECTRIC, PKTRT_MODE_WRT},
-    {"CONDUCTOR", PKTRT_FEATURE_CONDUCTOR, PKTRT_MODE_WRT}, {"NORMALS", PKTRT_FEATURE_NORMALS, PKTRT_MODE_WRT},
-    {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},   {"INSTANCES", PKTRT_FEATURE_INSTANCES, PKTRT_MODE_WRT},
-    {"GROUPS", PKTRT_FEATURE_GROUPS, PKTRT_MODE_WRT},       {"REMOVAL", PKTRT_FEATURE_REMOVAL, PKTRT_MODE_WRT},
-    {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},   {"EVERYTHING", all_of_them, PKTRT_MODE_DRT},
-    {"MATERIALS", EVERYDAY_MATERIALS, PKTRT_MODE_WRT},      {"POOL", EVERYDAY_POOL, PKTRT_MODE_WRT},
-    {"RIGID", EVERYDAY_RIGID, PKTRT_MODE_WRT},              {"BENT", EVERYDAY_BENT, PKTRT_MODE_WRT},
-    {"PARALLEL", EVERYDAY_PARALLEL, PKTRT_MODE_WRT}};
+static const plan plans[] = {{"MOTION", PKTRT_FEATURE_MOTION, PKTRT_MODE_WRT},
+                             {"STATS", PKTRT_FEATURE_STATS, PKTRT_MODE_WRT},
+                             {"PAPER", PKTRT_FEATURE_PAPER, PKTRT_MODE_WRT},
+                             {"LENS", PKTRT_FEATURE_LENS, PKTRT_MODE_DRT},
+                             {"SHUTTER", PKTRT_FEATURE_SHUTTER, PKTRT_MODE_DRT},
+                             {"AREA_LIGHTS", PKTRT_FEATURE_AREA_LIGHTS, PKTRT_MODE_DRT},
+                             {"GLOSS", PKTRT_FEATURE_GLOSS, PKTRT_MODE_DRT},
+                             {"DIELECTRIC", PKTRT_FEATURE_DIELECTRIC, PKTRT_MODE_WRT},
+                             {"CONDUCTOR", PKTRT_FEATURE_CONDUCTOR, PKTRT_MODE_WRT},
+                             {"NORMALS", PKTRT_FEATURE_NORMALS, PKTRT_MODE_WRT},
+                             {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},
+                             {"INSTANCES", PKTRT_FEATURE_INSTANCES, PKTRT_MODE_WRT},
+                             {"GROUPS", PKTRT_FEATURE_GROUPS, PKTRT_MODE_WRT},
+                             {"REMOVAL", PKTRT_FEATURE_REMOVAL, PKTRT_MODE_WRT},
+                             {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},
+                             {"EVERYTHING", all_of_them, PKTRT_MODE_DRT},
+                             {"MATERIALS", EVERYDAY_MATERIALS, PKTRT_MODE_WRT},
+                             {"POOL", EVERYDAY_POOL, PKTRT_MODE_WRT},
+                             {"RIGID", EVERYDAY_RIGID, PKTRT_MODE_WRT},
+                             {"BENT", EVERYDAY_BENT, PKTRT_MODE_WRT},
+                             {"PARALLEL", EVERYDAY_PARALLEL, PKTRT_MODE_WRT}};
 enum { PLANS = sizeof plans / sizeof *plans };
 
 typedef struct work {

@@ -193,7 +193,8 @@ static pktrt_scene *zoo_scene(const zoo *z, pktrt_isa isa, pktrt_build_quality q
     CHECK(pktrt_add_model(s, &d, 1, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   for (uint32_t i = 0; i < ZOO_INSTANCES; i++) {
-    const pktrt_instance_desc d = {zoo_of[i], zoo_keys[i], z->placed[i], zoo_masks[ZOO_MESHES + i], PKTRT_INTERPOLATION_LINEAR};
+    const pktrt_instance_desc d = {zoo_of[i], zoo_keys[i], z->placed[i], zoo_masks[ZOO_MESHES + i],
+                                   PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));

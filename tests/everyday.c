@@ -585,8 +585,9 @@ static size_t measure_normals(const pktrt_scene *s, const mesh *m, const float s
     rays[i] = ray_of(0, 0, 0, 0, 0, 0);
     rays[i].time = rng_unit(r);
     for (int a = 0; a < 3; a++) {
-      const float centre = (m->p[3 * corner[0] + (uint32_t)a] + m->p[3 * corner[1] + (uint32_t)a] +
-                            m->p[3 * corner[2] + (uint32_t)a]) / 3;
+      const float centre =
+          (m->p[3 * corner[0] + (uint32_t)a] + m->p[3 * corner[1] + (uint32_t)a] + m->p[3 * corner[2] + (uint32_t)a]) /
+          3;
       const float to = centre * scale[a], away = 0.3f * rng_sign(r) * scale[a];
       rays[i].origin[a] = to + away, rays[i].direction[a] = -away;
     }
@@ -605,9 +606,8 @@ static size_t measure_normals(const pktrt_scene *s, const mesh *m, const float s
 }
 
 static void normals_are_of_unit_length(void) {
-  static const float scales[][3] = {{1, 1, 1},          {1e-17f, 1e-17f, 1e-17f}, {1e17f, 1e17f, 1e17f},
-                                    {1e-9f, 1, 1e9f},   {3, -2, 1},               {1e12f, 1e-12f, 1e12f},
-                                    {1e-15f, 1, 1e-15f}};
+  static const float scales[][3] = {{1, 1, 1},  {1e-17f, 1e-17f, 1e-17f}, {1e17f, 1e17f, 1e17f}, {1e-9f, 1, 1e9f},
+                                    {3, -2, 1}, {1e12f, 1e-12f, 1e12f},   {1e-15f, 1, 1e-15f}};
   double farthest = 0;
   size_t hits = 0;
   rng r = rng_of(54);
@@ -674,7 +674,8 @@ void suite_everyday(void) {
   run("what a mesh is: triangles, bounds, bytes, and whether each edge has a triangle to either side",
       meshes_are_described);
   run("matrices of 4 x 4 by columns become those of instances", matrices_of_4x4);
-  run("without a number of samples a picture has 4 in RCS and WRT and 16 in DRT, and a pass has one", samples_by_default);
+  run("without a number of samples a picture has 4 in RCS and WRT and 16 in DRT, and a pass has one",
+      samples_by_default);
   run("normals of hits are of unit length within 2^-22, of triangles and matrices of any size",
       normals_are_of_unit_length);
   run("codes for screens are the nearest, of any exposure and tone", codes_of_screens);

@@ -675,8 +675,8 @@ static void check_hooks(bool shader, pktrt_mode mode) {
     }
   }
   CHECK(report.wrong == 0, "%zu of %zu points told wrong", report.wrong, report.points);
-  CHECK(report.points >= seen && report.points <= seen + SIDE + 64 && seen > 500 && others > 100, "%zu points, %zu pixels",
-        report.points, seen);
+  CHECK(report.points >= seen && report.points <= seen + SIDE + 64 && seen > 500 && others > 100,
+        "%zu points, %zu pixels", report.points, seen);
   CHECK(report.calls < report.points, "in batches: %zu calls, %zu points", report.calls, report.points);
   pktrt_scene_destroy(scene);
   free(got);

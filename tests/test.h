@@ -135,6 +135,7 @@ void suite_identity(void), suite_truth(void), suite_watertight(void), suite_rend
     suite_slack(void), suite_splits(void), suite_work(void), suite_examples(void), suite_filter(void),
     suite_stability(void), suite_guards(void), suite_pairs(void), suite_settings(void), suite_mirrored(void),
     suite_flush(void), suite_extremes(void), suite_variance(void), suite_changes(void), suite_cover(void),
-    suite_everyday(void), suite_cameras(void), suite_bent(void), suite_rigid(void), suite_pool(void), suite_closest(void);
+    suite_everyday(void), suite_cameras(void), suite_bent(void), suite_rigid(void), suite_pool(void),
+    suite_closest(void);
 
 #endif

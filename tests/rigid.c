@@ -505,7 +505,7 @@ static void wrong_keys_are_named(void) {
        "instance 1, key 1: element 10 of its transform is inf");
   keys[12 * 1 + 10] = 1e5f; /* from 1 to that within one interval of 32 */
   says(s, show(s, model, 2, keys, rigid), PKTRT_OK, "");
-  for (int a = 0; a < 3; a++) keys[12 + 5 * a] = 1e9f;
+  for (int a = 0; a < 3; a++) keys[5 * a] = 1e9f, keys[12 + 5 * a] = 1; /* too much within the last of these */
   says(s, show(s, model, 2, keys, rigid), PKTRT_INVALID_ARGUMENT, "between keys 0 and 1 its transform may flatten it");
 
   /* The user's keys are those that calls know. */

@@ -13805,7 +13805,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_
   pktrt__instance in;
   memset(&in, 0, sizeof in);
   in.model = s->models[d->model];
-  in.rigid = rigid && d->key_count > 1;
+  in.rigid = rigid;
   const uint32_t steps = pktrt__instance_steps(&in);
   in.key_count = d->key_count ? (d->key_count - 1) * steps + 1 : 1;
   in.mask = d->mask ? d->mask : UINT32_MAX;

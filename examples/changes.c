@@ -35,10 +35,10 @@ static bool add_car(pktrt_scene *scene, uint32_t paint, uint32_t *model) {
   return pktrt_add_model(scene, meshes, CAR_BOXES, model) == PKTRT_OK;
 }
 
-/* Places the car at an angle and a little farther on, as two keys: it moves while the shutter is open. Columns, as in OpenGL. */
+/* Places the car at an angle and 20 degrees farther on, as two keys: it turns while the shutter is open. Columns, as in OpenGL. */
 static void pose(float angle, float keys[24]) {
   for (int k = 0; k < 2; k++) {
-    const float a = angle + 0.06f * (float)k, c = cosf(a), s = sinf(a);
+    const float a = angle + 0.35f * (float)k, c = cosf(a), s = sinf(a);
     const float columns[16] = {c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, 0.9f * c, 0, -0.9f * s, 1};
     pktrt_transform_from_4x4(columns, keys + 12 * k);
   }
@@ -80,6 +80,7 @@ int main(void) {
             !pktrt_add_light(scene, &sky, NULL);
   pose(0, keys);
   car.transforms = keys, car.key_count = 2;
+  car.interpolation = PKTRT_INTERPOLATION_RIGID; /* between its keys it turns, where it would shrink else */
   ok = ok && !pktrt_add_instance(scene, &car, NULL) && !pktrt_commit(scene);
 
   view.width = WIDTH, view.height = HEIGHT, view.pixels = pixels, view.mode = PKTRT_MODE_DRT, view.samples = 32;

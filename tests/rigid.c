@@ -505,7 +505,7 @@ static void wrong_keys_are_named(void) {
        "instance 1, key 1: element 10 of its transform is inf");
   keys[12 * 1 + 10] = 1e5f; /* from 1 to that within one interval of 32 */
   says(s, show(s, model, 2, keys, rigid), PKTRT_OK, "");
-  for (int a = 0; a < 3; a++) keys[12 + 5 * a] = 1e9f;
+  for (int a = 0; a < 3; a++) keys[5 * a] = 1e9f, keys[12 + 5 * a] = 1; /* too much within the last of these */
   says(s, show(s, model, 2, keys, rigid), PKTRT_INVALID_ARGUMENT, "between keys 0 and 1 its transform may flatten it");
 
   /* The user's keys are those that calls know. */
@@ -553,11 +553,11 @@ static void failures_of_memory(void) {
 
 /* Keys of any size, some of them nearly flat or scaled by axes that differ a lot, are taken apart. */
 static void sizes_do_not_matter(void) {
-  size_t flat = 0, wrong = 0;
+  size_t flat = 0, wrong = 0, places = 0;
   rng r = rng_of(9);
   for (int i = 0; i < (small_run ? 60 : 600); i++) {
     motion p = random_motion(&r, 3 * signed_unit(&r), 0.3);
-    const double size = pow(10, 17 * signed_unit(&r)), thin = pow(10, -4 * (double)rng_unit(&r));
+    const double size = pow(10, (i % 2 ? 3 : 17) * signed_unit(&r)), thin = pow(10, -3 * (double)rng_unit(&r));
     float keys[24], want[12];
     double got[12];
     for (int end = 0; end < 2; end++)
@@ -572,13 +572,14 @@ static void sizes_do_not_matter(void) {
     const pktrt_status st = show(s, add_corner(s), 2, keys, PKTRT_INTERPOLATION_RIGID);
     flat += st != PKTRT_OK;
     CHECK(pktrt_commit(s) == PKTRT_OK);
-    for (int k = 0; k <= STEPS && st == PKTRT_OK && size < 1e3 && size > 1e-3 && thin > 0.01; k += 8) {
+    for (int k = 0; k <= STEPS && st == PKTRT_OK && size < 1e3 && size > 1e-3; k += 4) {
       pose_at(&p, (double)k / STEPS, want);
-      wrong += !measure(s, (float)k / STEPS, want, got) || apart(got, want, true) > 1e-4 * fmax(1, size);
+      wrong += !measure(s, (float)k / STEPS, want, got) || apart(got, want, true) > 1e-5 * fmax(1, size);
+      places++;
     }
     pktrt_scene_destroy(s);
   }
-  CHECK(flat == 0 && wrong == 0, "%zu are refused, %zu wrong", flat, wrong);
+  CHECK(flat == 0 && wrong == 0 && places > 100, "%zu are refused, %zu of %zu places wrong", flat, wrong, places);
 }
 
 void suite_rigid(void) {

@@ -397,9 +397,9 @@
        another key 150. The model once.
      - Rendering: about 280 KiB for each tile at work, 80 more where one light is asked for all, and up to 100 KiB for each
        generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
-       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each
-       mesh if one is of glass; if it counts, 8 KiB for each tile of the picture; with several passes, 42 bytes for each
-       pixel, 64 more with optional buffers.
+       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 64 bytes for each
+       mesh, and each material of one that has several, if one is of glass; if it counts, 8 KiB for each tile of the
+       picture; with several passes, 42 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 60 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
        stacks.
@@ -795,15 +795,15 @@ PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *, uint32_t mesh, uint32_
 
 /* What the committed scene is made of. */
 typedef struct pktrt_scene_info {
-  pktrt_isa isa;          /* the instruction set in use, never AUTO */
-  uint32_t mesh_count;    /* committed mesh indices, those that wait for a mesh included */
-  uint32_t moving_meshes; /* of these, meshes with two or more keys */
-  uint64_t triangles;     /* committed, degenerate ones included */
-  uint64_t degenerate;    /* of these, triangles without area at any time, or hidden */
-  uint64_t nodes;         /* 8-wide nodes */
-  uint64_t leaf_blocks;   /* blocks of up to 8 triangles */
-  uint64_t tree_bytes;    /* nodes and leaf blocks */
-  uint64_t mesh_bytes;    /* retained positions, indices, normals, texture coordinates, triangles' materials */
+  pktrt_isa isa;                    /* the instruction set in use, never AUTO */
+  uint32_t mesh_count;              /* committed mesh indices, those that wait for a mesh included */
+  uint32_t moving_meshes;           /* of these, meshes with two or more keys */
+  uint64_t triangles;               /* committed, degenerate ones included */
+  uint64_t degenerate;              /* of these, triangles without area at any time, or hidden */
+  uint64_t nodes;                   /* 8-wide nodes */
+  uint64_t leaf_blocks;             /* blocks of up to 8 triangles */
+  uint64_t tree_bytes;              /* nodes and leaf blocks */
+  uint64_t mesh_bytes;              /* retained: all that meshes copy */
   float bounds_lo[3], bounds_hi[3]; /* over all keys; lo > hi if there is no triangle */
   double sah_at_build;              /* expected node visits of a random line through the bounds; over trees, by area */
   double sah_now;                   /* the same after refits; sah_now > 1.5 * sah_at_build asks for a rebuild */
@@ -1199,7 +1199,7 @@ typedef enum pktrt_light_kind {
   PKTRT_LIGHT_QUAD,        /* a parallelogram that shines to the side of cross(edge[0], edge[1]); intensity is its
                                radiance, W/(m^2 sr) */
   PKTRT_LIGHT_SPHERE,      /* intensity is its radiance */
-  PKTRT_LIGHT_MESH, /* the triangles of a mesh, shining from both sides with their material's emission (before any
+  PKTRT_LIGHT_MESH,        /* the triangles of a mesh, shining from both sides with materials' emission (before any
                                texture); intensity is a factor on it, by channel */
   PKTRT_LIGHT_ENVIRONMENT, /* background or environment of the render, times intensity by channel, from all sides: sky
                                light, ambient occlusion */
@@ -1958,12 +1958,13 @@ enum {
   PKTRT__BLOCK_KEY_BYTES = 3 * 3 * 8 * sizeof(float)
 };
 
-/* What meshes have that leave out vertices, or whose triangles have materials of their own. The arrays stand behind it, in
-   one block. */
+/* What meshes have that leave out vertices or have a stride, or whose triangles have materials of their own. The arrays
+   stand behind it, in one block. */
 typedef struct pktrt__mesh_names {
   uint32_t *vertices;      /* that it keeps, ascending, as the caller numbers them; NULL: all */
   uint32_t *materials;     /* of each triangle, and then each that occurs, ascending; NULL: that of the mesh */
   uint32_t given_count;    /* vertices that the caller has */
+  uint32_t stride;         /* bytes from one to the next */
   uint32_t material_count; /* that occur */
   uint64_t words;          /* size of the block, in uint32_t */
 } pktrt__mesh_names;
@@ -1976,7 +1977,7 @@ typedef struct pktrt__mesh {
   float *pending_normals;
   uint32_t *indices;        /* triangle_count * 3, or NULL for a soup */
   pktrt__mesh_names *names; /* or NULL; an instance borrows those of its model's mesh */
-  uint32_t vertex_count, triangle_count, key_count, stride, material;
+  uint32_t vertex_count, triangle_count, key_count, material;
   /* Global indices of its triangles, see pktrt__number_meshes: the first, and how many, 0 until it is committed. Then
      those that a commit plans. */
   uint32_t first_id, id_count, next_first_id, next_id_count;
@@ -1985,9 +1986,9 @@ typedef struct pktrt__mesh {
   uint32_t next;     /* among those that wait, see >>refit: 1 for the last, else 2 more than the next; 0: it does not */
   uint32_t task;     /* of the build of its tree, where it stands for a box, which is one triangle */
   bool committed, dirty, dirty_normals;
-  bool marked : 1;           /* the next commit rebuilds its tree */
-  bool hide : 1, hidden : 1; /* as the next commit or refit will have it; as its tree has it */
-  bool gone : 1, free : 1;   /* the next commit removes it; there is none: the index waits for another */
+  bool marked;       /* the next commit rebuilds its tree */
+  bool hide, hidden; /* as the next commit or refit will have it; as its tree has it */
+  bool gone, free;   /* the next commit removes it; there is none: the index waits for another */
 } pktrt__mesh;
 
 /* Returns the materials of a mesh's triangles; NULL: they have that of the mesh. */
@@ -4368,7 +4369,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc
 
 /* Numbers the marked vertices of a mesh anew, in their order, and notes which they were. Returns what is behind these
    notes. */
-PKTRT__COLD uint32_t *pktrt__mesh_renumber(pktrt__mesh *m, uint32_t *number, uint32_t *to) {
+static uint32_t *pktrt__mesh_renumber(pktrt__mesh *m, uint32_t *number, uint32_t *to) {
   uint32_t kept = 0;
   m->names->vertices = to;
   for (uint32_t v = 0; v < m->vertex_count; v++) {
@@ -4382,17 +4383,17 @@ PKTRT__COLD uint32_t *pktrt__mesh_renumber(pktrt__mesh *m, uint32_t *number, uin
 }
 
 /* Gives a mesh, whose indices were copied, the names that it needs: for vertices that no triangle names are left out, and
-   triangles may have materials. Where all vertices are named, and there is one material, it needs none. The caller says
-   that memory is out. */
-PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *materials, pktrt__mesh *m,
-                                                uint32_t mesh) {
+   triangles may have materials. Where all vertices are named and tight, and there is one material, it needs none. The
+   caller says that memory is out. */
+PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *materials, uint32_t stride,
+                                                pktrt__mesh *m, uint32_t mesh) {
 #ifdef PKTRT_NO_RENDER
   const uint32_t last = 0;
 #else
   const uint32_t last = materials ? s->material_count : 0;
 #endif
   const uint32_t given = m->vertex_count;
-  if (!m->indices && !materials && given == (uint64_t)m->triangle_count * 3) return PKTRT_OK;
+  if (!m->indices && !materials && stride == 12 && given == (uint64_t)m->triangle_count * 3) return PKTRT_OK;
   const uint64_t marks = (uint64_t)given + last + 1;
   uint32_t kept = 0, found = 0;
   uint32_t *number = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, marks, sizeof *number));
@@ -4413,7 +4414,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *
   for (uint32_t i = 0; i <= last; i++) found += occurs[i];
 
   const bool all = kept == given, one = !materials || found == 1;
-  if (st == PKTRT_OK && !(all && one)) {
+  if (st == PKTRT_OK && !(all && one && stride == 12)) {
     const uint64_t words = sizeof *m->names / sizeof *number + (all ? 0 : (uint64_t)kept) +
                            (one ? 0 : (uint64_t)m->triangle_count + found);
     m->names = PKTRT__CAST(pktrt__mesh_names *, pktrt__mem_alloc(&s->desc, words, sizeof *number));
@@ -4422,6 +4423,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *
       uint32_t *to = PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, m->names + 1));
       m->names->vertices = m->names->materials = NULL;
       m->names->given_count = given;
+      m->names->stride = stride;
       m->names->material_count = found;
       m->names->words = words;
       if (!all) to = pktrt__mesh_renumber(m, number, to);
@@ -4440,6 +4442,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *
 
 static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
   const bool normals = PKTRT__NORMALS && d->normals;
+  const uint32_t stride = d->position_stride ? d->position_stride : 12;
   bool ok = true;
   if (d->indices) {
     m->indices = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
@@ -4453,7 +4456,7 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
   }
   if (ok) {
     const bool told = ((int)PKTRT__RENDER | (int)PKTRT__SURFACES) && m->triangle_count;
-    const pktrt_status st = pktrt__mesh_find_names(s, told ? d->triangle_materials : NULL, m, mesh);
+    const pktrt_status st = pktrt__mesh_find_names(s, told ? d->triangle_materials : NULL, stride, m, mesh);
     if (st == PKTRT_INVALID_ARGUMENT) return st;
     ok = st == PKTRT_OK;
   }
@@ -4482,10 +4485,10 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
   for (uint32_t i = 0; i < (normals ? 2 : 1) * m->key_count; i++) {
     const uint32_t k = i % m->key_count;
     const bool bends = i >= m->key_count;
-    const uint64_t key_bytes = (uint64_t)(bends ? 12 : m->stride) * given;
+    const uint64_t key_bytes = (uint64_t)(bends ? 12 : stride) * given;
     const float *all = bends ? d->normals : d->positions;
     float *to = (bends ? m->normals : m->positions) + (uint64_t)k * m->vertex_count * 3;
-    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : m->stride,     bends ? FLT_MAX : PKTRT_MAX_COORD, mesh,
+    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : stride,        bends ? FLT_MAX : PKTRT_MAX_COORD, mesh,
                              k,    0,     bends ? "normal" : "vertex"};
     if (!v.count) continue;
     v.from = (const float *)(const void *)((const unsigned char *)(const void *)all + (size_t)(k * key_bytes));
@@ -6770,6 +6773,9 @@ typedef struct pktrt__camera_plane {
 PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uint32_t material) {
   return material ? &s->materials[material - 1] : &s->plain;
 }
+static bool pktrt__material_has_lobe(const pktrt_material *mat) {
+  return mat->lobe == PKTRT_LOBE_PHONG && pktrt__specular_rows[mat->specular].lobes;
+}
 /* Returns how many materials occur in a mesh, and one of them. */
 static uint32_t pktrt__mesh_material_count(const pktrt__mesh *m) {
   return pktrt__mesh_materials(m) ? m->names->material_count : 1;
@@ -6778,23 +6784,23 @@ static uint32_t pktrt__mesh_material_at(const pktrt__mesh *m, uint32_t i) {
   const uint32_t *materials = pktrt__mesh_materials(m);
   return materials ? materials[m->triangle_count + i] : m->material;
 }
-/* What renders ask about materials, as bits. */
+/* What renders ask about materials besides the features that they need. */
 enum {
-  PKTRT__MATERIAL_GLASS = 1,  /* glass without a shader */
-  PKTRT__MATERIAL_CUTOUT = 2, /* it may have transparent points */
-  PKTRT__MATERIAL_HOOKED = 4, /* it has a texture or a shader */
-  PKTRT__MATERIAL_EMITS = 8
+  PKTRT__MATERIAL_GLASS = 1 << 30, /* glass without a shader, which shadow rays may pass */
+  PKTRT__MATERIAL_EMITS = 1 << 29
 };
 static bool pktrt__material_is_glass(const pktrt_material *mat) {
   return mat->specular == PKTRT_SPECULAR_DIELECTRIC && !mat->shader;
 }
-static uint32_t pktrt__material_traits(const pktrt_scene *s, uint32_t material) {
+/* Returns the features that a material needs, of pktrt_feature, and the bits above. */
+PKTRT__NOINLINE uint32_t pktrt__material_traits(const pktrt_scene *s, uint32_t material) {
   const pktrt_material *mat = pktrt__material_of(s, material);
-  const bool emits = mat->emission[0] > 0 || mat->emission[1] > 0 || mat->emission[2] > 0;
-  uint32_t traits = mat->texture || mat->shader ? PKTRT__MATERIAL_HOOKED : 0;
+  uint32_t traits = pktrt__specular_rows[mat->specular].feature;
+  if (mat->texture || mat->shader) traits |= PKTRT_FEATURE_TEXTURES;
+  if (mat->cutout) traits |= PKTRT_FEATURE_SURFACES;
+  if (pktrt__material_has_lobe(mat)) traits |= PKTRT_FEATURE_GLOSS;
   if (pktrt__material_is_glass(mat)) traits |= PKTRT__MATERIAL_GLASS;
-  if (PKTRT__SURFACES && mat->cutout) traits |= PKTRT__MATERIAL_CUTOUT;
-  if (emits) traits |= PKTRT__MATERIAL_EMITS;
+  if (mat->emission[0] > 0 || mat->emission[1] > 0 || mat->emission[2] > 0) traits |= PKTRT__MATERIAL_EMITS;
   return traits;
 }
 /* Returns the traits that materials of a mesh have. */
@@ -6816,9 +6822,6 @@ static const double pktrt__math_cosine_terms[8] = {
     1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800, 1.0 / 40320, -1.0 / 720, 1.0 / 24, -0.5};
 #define PKTRT__DISK_LEAST 1e-30 /* less than any coordinate but 0 in pktrt__map_to_disk */
 
-static bool pktrt__material_has_lobe(const pktrt_material *mat) {
-  return mat->lobe == PKTRT_LOBE_PHONG && pktrt__specular_rows[mat->specular].lobes;
-}
 static const pktrt__mesh *pktrt__mesh_source(const pktrt_scene *, uint32_t mesh);
 static void pktrt__surface_place(const pktrt_scene *, const pktrt__wave *, pktrt__surfaces *, uint32_t i);
 PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float time,
@@ -13285,7 +13288,6 @@ PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *
   m.vertex_count = d->vertex_count;
   m.triangle_count = d->triangle_count;
   m.key_count = d->key_count ? d->key_count : 1;
-  m.stride = d->position_stride ? d->position_stride : 12;
   m.material = d->material;
   const pktrt_status st = pktrt__mesh_copy(s, d, &m, index);
   if (st != PKTRT_OK) {
@@ -13403,7 +13405,8 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_positions(pktrt_scene *s, uint32_t me
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  const pktrt__mesh_vectors v = {positions, pktrt__mesh_given(m), m->stride, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
+  const pktrt__mesh_vectors v = {
+      positions, pktrt__mesh_given(m), m->names ? m->names->stride : 12, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
   return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, &v);
 }
 
@@ -16434,20 +16437,14 @@ PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal 
   return true;
 }
 
-/* Finds the features that the surfaces and lights of a scene have. */
+/* Finds the features that the surfaces and lights of a scene have, and traits of materials. */
 static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
   uint32_t found = 0;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     found |= pktrt__feature_of_mesh(s, i);
     if (!m->triangle_count || m->material > s->material_count) continue; /* refused by renders */
-    for (uint32_t k = 0; k < pktrt__mesh_material_count(m); k++) {
-      const pktrt_material *mat = pktrt__material_of(s, pktrt__mesh_material_at(m, k));
-      if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
-      if (mat->cutout) found |= PKTRT_FEATURE_SURFACES;
-      if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
-      found |= pktrt__specular_rows[mat->specular].feature;
-    }
+    found |= pktrt__mesh_traits(s, m);
   }
   for (uint32_t i = 0; i < s->light_count; i++)
     if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_AREA)) found |= PKTRT_FEATURE_AREA_LIGHTS;
@@ -16550,27 +16547,17 @@ static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f)
   }
 }
 
-/* Returns the radiance of a material as a light has it, of its largest component, and of all three. */
-PKTRT__COLD double pktrt__light_emission(const pktrt_scene *s, const pktrt_light *l, uint32_t material,
-                                         double emitted[3]) {
+/* Returns the radiance of a material as a light has it, relative to a strength: of its largest component, and of all
+   three. */
+PKTRT__COLD double pktrt__light_emission(const pktrt_scene *s, const pktrt_light *l, uint32_t material, double strength,
+                                         double color[3]) {
   const pktrt_material *mat = pktrt__material_of(s, material);
   double most = 0;
   for (int a = 0; a < 3; a++) {
-    emitted[a] = (double)l->intensity[a] * (double)mat->emission[a];
-    most = pktrt__max(most, emitted[a]);
+    color[a] = (double)l->intensity[a] * (double)mat->emission[a] / pktrt__max(strength, DBL_MIN);
+    most = pktrt__max(most, color[a]);
   }
   return most;
-}
-/* Returns which part of its light's strength a triangle of a mesh has, and its colour relative to that strength; where all
-   have one material, 1, and leaves the colour as it is. */
-PKTRT__NOINLINE double pktrt__light_part(const pktrt_scene *s, const pktrt_light *l, const pktrt__light_data *light,
-                                         uint32_t triangle, double color[3]) {
-  const uint32_t *materials = pktrt__mesh_materials(&s->meshes[l->mesh]);
-  if (!materials) return 1;
-  const double unit = 1 / pktrt__max(light->strength, DBL_MIN);
-  const double most = pktrt__light_emission(s, l, materials[triangle], color);
-  for (int a = 0; a < 3; a++) color[a] *= unit;
-  return most * unit;
 }
 
 /* Fills in a light's triangle at key 0, which RCS and WRT take for all keys, and its normal, as long as two areas;
@@ -16675,6 +16662,7 @@ PKTRT__COLD bool pktrt__light_make_triangles(const pktrt_scene *s, const pktrt_l
                                              pktrt__light_data *light, const double lo[3], double size) {
   const pktrt_scene_desc *desc = &s->desc;
   const uint32_t n = light->triangle_count = m->triangle_count;
+  const uint32_t *materials = pktrt__mesh_materials(m);
   double sum = 0, ignored[3];
   uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(desc, n, sizeof *key));
   light->triangles = PKTRT__CAST(pktrt__light_triangle *, pktrt__mem_alloc(desc, n, sizeof *light->triangles));
@@ -16687,7 +16675,8 @@ PKTRT__COLD bool pktrt__light_make_triangles(const pktrt_scene *s, const pktrt_l
   for (uint32_t i = 0; ok && i < n; i++) {
     pktrt__light_triangle *f = &light->triangles[i];
     f->triangle = (uint32_t)key[i];
-    f->part = (float)pktrt__light_part(s, l, light, f->triangle, ignored);
+    f->part = 1;
+    if (materials) f->part = (float)pktrt__light_emission(s, l, materials[f->triangle], light->strength, ignored);
     f->area = (double)f->part * pktrt__light_set_triangle(m, f->triangle, f, ignored);
     light->cdf[i].sum = sum += f->area;
   }
@@ -16708,11 +16697,12 @@ PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, co
   if (shown.hidden) shown.triangle_count = 0;
   const pktrt__mesh *m = &shown;
   double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
+  const uint32_t *materials = pktrt__mesh_materials(m);
   double color[3] = {0, 0, 0};
   for (uint32_t i = 0; i < m->triangle_count; i++) {
     pktrt__light_triangle f;
     double of[3] = {0, 0, 0};
-    const double part = pktrt__light_part(render->scene, l, light, i, of);
+    const double part = materials ? pktrt__light_emission(render->scene, l, materials[i], light->strength, of) : 1;
     (void)pktrt__light_set_triangle(m, i, &f, normal);
     const double area = 0.5 * part * f.magnitude;
     light->area += area;
@@ -16723,8 +16713,7 @@ PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, co
     }
   }
   for (int a = 0; a < 3 && light->area > 0; a++) light->middle[a] /= light->area;
-  for (int a = 0; a < 3 && light->area > 0 && pktrt__mesh_materials(m); a++)
-    light->color[a] = (float)(color[a] / light->area);
+  for (int a = 0; a < 3 && light->area > 0 && materials; a++) light->color[a] = (float)(color[a] / light->area);
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * m->key_count; i++) {
     float p[3][3];
     pktrt__mesh_triangle(m, false, (uint32_t)(i % m->triangle_count), (uint32_t)(i / m->triangle_count), p);
@@ -17015,7 +17004,8 @@ PKTRT__COLD bool pktrt__light_is_found(const pktrt__render_state *render, uint32
   }
   const bool plain = l->intensity[0] == 1 && l->intensity[1] == 1 && l->intensity[2] == 1;
   return first && plain &&
-         !(emissive && (pktrt__mesh_traits(render->scene, &render->scene->meshes[l->mesh]) & PKTRT__MATERIAL_HOOKED));
+         !(emissive &&
+           (pktrt__mesh_traits(render->scene, &render->scene->meshes[l->mesh]) & (uint32_t)PKTRT_FEATURE_TEXTURES));
 }
 
 /* Finds out how lobes find lights that rays hit. False: out of memory. */
@@ -17076,9 +17066,10 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
       emitted[a] = (double)l->intensity[a];
       if (!m) light->strength = pktrt__max(emitted[a], light->strength);
     }
-    for (uint32_t k = 0; m && k < pktrt__mesh_material_count(m); k++)
-      light->strength =
-          pktrt__max(light->strength, pktrt__light_emission(s, l, pktrt__mesh_material_at(m, k), emitted));
+    for (uint32_t k = 0; m && k < pktrt__mesh_material_count(m); k++) {
+      const double most = pktrt__light_emission(s, l, pktrt__mesh_material_at(m, k), 1, emitted);
+      light->strength = pktrt__max(most, light->strength);
+    }
     for (int a = 0; a < 3; a++) light->color[a] = light->strength > 0 ? (float)(emitted[a] / light->strength) : 0;
     ok = pktrt__light_rows[l->kind].prepare(render, l, light);
   }
@@ -17777,7 +17768,10 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
   pktrt__solid_angle s;
   const uint32_t place = pktrt__light_find(light, moving, from->point, &x, 0, &inverse);
   const pktrt__light_triangle *f = pktrt__light_triangle_at(m, &light->triangles[place], from->time, &moved);
-  (void)pktrt__light_part(render->scene, &render->scene->lights[index], light, light->triangles[place].triangle, color);
+  const uint32_t *materials = pktrt__mesh_materials(m);
+  if (materials)
+    (void)pktrt__light_emission(render->scene, &render->scene->lights[index],
+                                materials[light->triangles[place].triangle], light->strength, color);
   for (int a = 0; a < 3; a++) d[a] = f->corner[a] - from->point[a];
   if (!(fabs(pktrt__dot(d, f->normal)) > pktrt__light_least_height(from->point) * f->magnitude)) return 0;
   x = pktrt__min(pktrt__max(x, 0), 1);
@@ -17828,8 +17822,8 @@ enum { PKTRT__GLASS_DEPTH = 7 };
 
 /* Tells whether shadow rays may pass what has these traits. */
 static bool pktrt__glass_is_passed(const pktrt__render_state *render, uint32_t traits) {
-  return (traits & (render->passes_glass ? PKTRT__MATERIAL_GLASS | PKTRT__MATERIAL_CUTOUT : PKTRT__MATERIAL_CUTOUT)) !=
-         0;
+  return (traits & (render->passes_glass ? PKTRT__MATERIAL_GLASS | (uint32_t)PKTRT_FEATURE_SURFACES
+                                         : (uint32_t)PKTRT_FEATURE_SURFACES)) != 0;
 }
 
 static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
@@ -17953,7 +17947,7 @@ static bool pktrt__glass_is_closed(const pktrt__mesh *m, uint32_t material) {
     uint64_t v[3];
     if (pktrt__mesh_material(m, t) != material) continue;
     for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__mesh_vertex_hash(m, m->indices ? m->indices[i + c] : i + c);
-    sum += pktrt__glass_edge_hash(v[0], v[1]) + pktrt__glass_edge_hash(v[1], v[2]) + pktrt__glass_edge_hash(v[2], v[0]);
+    for (uint32_t c = 0; c < 3; c++) sum += pktrt__glass_edge_hash(v[c], v[(c + 1) % 3]);
   }
   return sum == 0;
 }
@@ -18035,7 +18029,7 @@ PKTRT__COLD bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples
     if (pktrt__glass_is_passed(render, traits)) n += pktrt__glass_pieces(m), meshes++;
     all |= traits;
   }
-  render->cutouts = (all & PKTRT__MATERIAL_CUTOUT) != 0;
+  render->cutouts = (all & (uint32_t)PKTRT_FEATURE_SURFACES) != 0;
   if (pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && (all & PKTRT__MATERIAL_GLASS) &&
       !pktrt__glass_find_parts(render, 4e-6f * s->largest))
     return false;

@@ -307,7 +307,7 @@ class Scene:
         return index[0]
 
     @staticmethod
-    def _mesh(call, positions, triangles=None, normals=None, texcoords=None, **fields):
+    def _mesh(call, positions, triangles=None, normals=None, texcoords=None, triangle_materials=None, **fields):
         """The fields of a pktrt_mesh_desc, whose counts are those of the arrays. They hold what they point to."""
         _check_fields(ffi.typeof("pktrt_mesh_desc"), fields, call, _OF_ARRAYS)
         keys = np.shape(positions)[:-2]
@@ -323,17 +323,21 @@ class Scene:
         desc = {**fields, **{name: _read(array, "float") for name, array in arrays.items()}}
         desc["indices"] = _read(triangles, "uint32_t")
         desc["vertex_count"] = n
-        desc["triangle_count"] = -(-n // 3) if triangles is None else len(triangles)  # C refuses an incomplete one
+        count = -(-n // 3) if triangles is None else len(triangles)  # C refuses an incomplete one
+        if triangle_materials is not None:
+            triangle_materials = _values(triangle_materials, np.dtype("u4"), (count,), "triangle_materials")
+        desc["triangle_count"] = count
+        desc["triangle_materials"] = _read(triangle_materials, "uint32_t")
         desc["key_count"] = keys[0] if keys else 1
         if keys and not keys[0]:
             raise ValueError("positions: there is no key")
         return desc
 
-    def add_mesh(self, positions, triangles=None, normals=None, texcoords=None, **fields):
+    def add_mesh(self, positions, triangles=None, normals=None, texcoords=None, triangle_materials=None, **fields):
         """Adds (n, 3) positions, or (keys, n, 3) that move; triangles: (m, 3), None: each three positions are one.
-        Normals are like positions, texcoords (n, 2); fields are those of pktrt_mesh_desc that describe no array:
-        material, group, mask. Returns the index that hits report."""
-        desc = self._mesh("add_mesh", positions, triangles, normals, texcoords, **fields)
+        Normals are like positions, texcoords (n, 2), triangle_materials (m,); fields are those of pktrt_mesh_desc that
+        describe no array: material, group, mask. Returns the index that hits report."""
+        desc = self._mesh("add_mesh", positions, triangles, normals, texcoords, triangle_materials, **fields)
         mesh = self._add(lib.pktrt_add_mesh, "pktrt_mesh_desc", desc, "add_mesh")
         self._meshes[mesh] = desc["vertex_count"]
         return mesh

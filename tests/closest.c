@@ -224,7 +224,7 @@ static pktrt_point_query query_of(rng *r, const facets *list, uint32_t i, float 
     q.point[a] = 4 * rng_sign(r);
     if (i % 6 == 1) q.point[a] = (float)f->p[i % 3][a];
     if (i % 6 == 2) q.point[a] = (float)middle + 0.02f * rng_sign(r);
-    if (i % 6 == 3) q.point[a] = (float)((f->p[0][a] + f->p[1][a]) / 2);
+    if (i % 6 == 3) q.point[a] = (float)((f->p[0][a] + f->p[1][a]) / 2) + (i % 12 == 3 ? 3e-5f * rng_sign(r) : 0);
     if (i % 6 == 4) q.point[a] *= powf(10, (float)(i % 19));
     if (i % 6 == 5) q.point[a] = (float)middle + 1e-6f * rng_sign(r);
   }

@@ -14005,6 +14005,7 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
   for (uint32_t i = 0; i < s->instance_count; i++) info->instance_count += s->boxes->meshes[i].committed;
 }
 
+#if !defined(PKTRT_NO_RENDER) || !defined(PKTRT_NO_SURFACES)
 /* Hashes a vertex by its positions at all keys, and below, an edge: with opposite signs for its two directions. */
 PKTRT__NOINLINE uint64_t pktrt__mesh_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
   uint64_t number = 0;
@@ -14019,6 +14020,7 @@ PKTRT__NOINLINE uint64_t pktrt__mesh_vertex_hash(const pktrt__mesh *m, uint64_t 
   }
   return number;
 }
+#endif
 
 #ifndef PKTRT_NO_SURFACES
 /* Counts edges that lack a triangle to their other side, by sorting them. False: no memory. */

@@ -225,7 +225,7 @@ static pktrt_point_query query_of(rng *r, const facets *list, uint32_t i, float 
     q.point[a] = 4 * rng_sign(r);
     if (i % 6 == 1) q.point[a] = (float)f->p[i % 3][a];
     if (i % 6 == 2) q.point[a] = (float)middle + 0.02f * rng_sign(r);
-    if (i % 6 == 3) q.point[a] = (float)((f->p[0][a] + f->p[1][a]) / 2);
+    if (i % 6 == 3) q.point[a] = (float)((f->p[0][a] + f->p[1][a]) / 2) + (i % 12 == 3 ? 3e-5f * rng_sign(r) : 0);
     if (i % 6 == 4) q.point[a] *= powf(10, (float)(i % 19));
     if (i % 6 == 5) q.point[a] = (float)middle + 1e-6f * rng_sign(r);
   }
@@ -259,18 +259,38 @@ static void against_all_triangles(void) {
   free(list.f);
 }
 
+/* Triangles from the origin that are 2^44 times as long as high: of numbers of Fibonacci, whose cross products are 1. */
+static mesh mesh_of_fibonacci(uint64_t seed) {
+  static const float b[3] = {5702887, 3524578, 5702887}, c[3] = {3524578, 2178309, 3524578};
+  enum { N = 240 };
+  rng r = rng_of(seed);
+  mesh m = mesh_of(3 * N, N);
+  for (uint32_t t = 0; t < N; t++) {
+    float *p = m.p + 9 * (size_t)t;
+    for (uint32_t a = 0; a < 3; a++) {
+      const float sign = rng_below(&r, 2) ? 0x1p-22f : -0x1p-22f;
+      p[3 * (t % 3) + (a + t / 3) % 3] = 0;
+      p[3 * ((t + 1) % 3) + (a + t / 3) % 3] = sign * b[a];
+      p[3 * ((t + 2) % 3) + (a + t / 3) % 3] = sign * c[a];
+    }
+    for (uint32_t i = 0; i < 3; i++) m.i[3 * t + i] = 3 * t + i;
+  }
+  return m;
+}
+
 /* Each mesh alone, at scales from 1e-20 to 1e20: the error bound, without that of what places instances. */
 static void at_any_scale(void) {
   static const float scales[5] = {1e-20f, 1e-6f, 1, 1e12f, 1e20f};
   tally t = {0, 0, 0, 0};
   facets list = {NULL, 0, 0};
-  for (uint32_t i = 0; i < 5 * 4; i++) {
+  for (uint32_t i = 0; i < 5 * 5; i++) {
     rng r = rng_of(i + 50);
     const float scale = scales[i % 5];
     mesh m = i / 5 == 0   ? mesh_sphere(3, 0.02f, i)
              : i / 5 == 1 ? mesh_soup(300, 0.1f, i)
              : i / 5 == 2 ? mesh_thin(300, i)
-                          : mesh_fan(200, i);
+             : i / 5 == 3 ? mesh_fan(200, i)
+                          : mesh_of_fibonacci(i);
     mesh_scale(&m, scale);
     world w = world_of(m);
     pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
@@ -362,6 +382,31 @@ static void ties_go_to_the_first(void) {
     }
   }
   CHECK(!wrong, "%zu of %zu", wrong, ties);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* The tip of a pyramid of many sides, whose coordinates are so small that edges to it are rounded in doubles. */
+static void ties_at_a_tip(void) {
+  enum { SIDES = 40 };
+  static const float tip[3] = {1.1e-9f, -2.3e-10f, 3.7e-10f};
+  rng r = rng_of(8);
+  mesh m = mesh_of(SIDES + 1, SIDES);
+  for (uint32_t i = 0; i < SIDES; i++) {
+    const float angle = 6.2831853f * (float)i / (float)SIDES, size = rng_range(&r, 500, 900);
+    const float rim[3] = {size * cosf(angle), size * sinf(angle), -size};
+    memcpy(m.p + 3 * (i + 1), rim, sizeof rim);
+    m.i[3 * i + i % 3] = 0, m.i[3 * i + (i + 1) % 3] = i + 1, m.i[3 * i + (i + 2) % 3] = i + 1 < SIDES ? i + 2 : 1;
+  }
+  memcpy(m.p, tip, sizeof tip);
+  world w = world_of(m);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  for (int i = 0; i < 100; i++) {
+    const float p[3] = {1e-10f * rng_sign(&r), 1e-10f * rng_sign(&r), 1e-7f * (1 + rng_unit(&r))};
+    pktrt_closest got;
+    CHECK(pktrt_closest_point(s, p, INFINITY, &got) && got.triangle == 0, "triangle %u", got.triangle);
+    CHECK(same_bits(got.point, tip, sizeof tip));
+  }
   pktrt_scene_destroy(s);
   world_free(&w);
 }
@@ -499,6 +544,7 @@ void suite_closest(void) {
   run("it errs by no more than is said, at any scale, of needles too", at_any_scale);
   run("it has the same bits by any call, set and tree", the_same_bits);
   run("of points that are equally near the first triangle has it", ties_go_to_the_first);
+  run("so it is where edges are rounded", ties_at_a_tip);
   run("what is removed or hidden is nowhere near", what_is_gone_is_not_near);
   run("what has no area at the time is not there", what_has_no_area_is_not_there);
   run("what is no point or no distance has no closest point; one at the limit counts", hostile_queries);

@@ -37,7 +37,7 @@ static pktrt_mesh_desc pool_desc(const pool *q) {
   return d;
 }
 
-/* Balls and boxes in a ring, of material 0, 1, 2, ...; their triangles and vertices are shuffled among each other. */
+/* Balls and boxes, of material 0, 1, 2, ...: in a ring, but that thing 2, of glass, holds two others. Their triangles and vertices are shuffled among each other. */
 static pool pool_of_things(uint32_t things, uint32_t keys, uint64_t seed) {
   rng r = rng_of(seed);
   uint32_t nv = 0, nt = 0;
@@ -54,9 +54,13 @@ static pool pool_of_things(uint32_t things, uint32_t keys, uint64_t seed) {
     }
     for (uint32_t k = 0; k < things; k++) {
       mesh m = k % 3 == 1 ? mesh_box() : mesh_sphere(2, 0, k);
+      m.nt -= k == 0; /* which is open, so that they all together are */
       const double turn = 2 * PI * k / things;
-      mesh_scale(&m, 0.3f);
-      mesh_shift(&m, (float)(1.3 * cos(turn)), (float)(1.1 * sin(turn)), k % 2 ? 0.2f : -0.3f);
+      const bool within = k == 3 || k == 4; /* in thing 2; the latter is behind the former */
+      mesh_scale(&m, within ? 0.2f : k == 2 ? 0.7f : 0.3f);
+      if (within) mesh_shift(&m, 0.05f, 0.1f, k == 3 ? 0.7f : 0);
+      else if (k == 2) mesh_shift(&m, 0, 0, 0.3f);
+      else mesh_shift(&m, (float)(1.3 * cos(turn)), (float)(1.1 * sin(turn)), k % 2 ? 0.2f : -0.3f);
       for (uint32_t v = 0; pass && v < m.nv; v++) {
         double sum = 0;
         for (uint32_t key = 0; key < keys; key++)
@@ -165,7 +169,7 @@ static void add_surroundings(pktrt_scene *s) {
 static void look_from(pktrt_scene *s, pktrt_mode mode, pktrt_light_choice lights, vec eye, float *pixels) {
   pktrt_render_desc d = stage_view(mode, SIDE, SIDE, pixels, eye, vec_of(0, 0, 0));
   d.samples = mode == PKTRT_MODE_DRT ? 4 : 1, d.lights = lights;
-  d.camera.shutter = 1;
+  d.camera.shutter = 1, d.max_depth = 5;
   stage_render(s, &d);
 }
 /* Counts pictures, of all modes, that differ; the camera stands before the things, and in one. */
@@ -174,8 +178,7 @@ static size_t pictures_differ(pktrt_scene *a, pktrt_scene *b) {
   size_t differ = 0;
   for (int i = 0; i < 8; i++) {
     const pktrt_mode mode = i < 6 ? (pktrt_mode)(i % 3) : PKTRT_MODE_DRT;
-    const double turn = 2 * PI * 2 / KINDS; /* thing 2, a ball of glass */
-    const vec eye = i / 3 % 2 ? vec_of(1.3 * cos(turn), 1.1 * sin(turn), -0.25) : vec_of(0.3, 0.2, 4);
+    const vec eye = i / 3 % 2 ? vec_of(0.35, 0.2, 0.35) : vec_of(0.3, 0.2, 4); /* the former in thing 2 */
     const pktrt_light_choice lights = i < 6 ? PKTRT_LIGHTS_ALL : PKTRT_LIGHTS_ONE;
     look_from(a, mode, lights, eye, x), look_from(b, mode, lights, eye, y);
     differ += !same_bits(x, y, sizeof x);

@@ -572,6 +572,34 @@ static void lamps_of_several_materials(void) {
   pktrt_scene_destroy(one), pktrt_scene_destroy(many);
 }
 
+/* A ceiling of many dark triangles, of which two shine, is as little noisy as these two alone. */
+static void dark_triangles_are_not_asked(void) {
+  const quad ground = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 3), vec_of(3, 0, 0));
+  const pktrt_render_desc d = stage_spot(vec_of(0.4, 0.5, 2), vec_of(0, -1, 0));
+  estimate e[2];
+  for (int alone = 0; alone < 2; alone++) {
+    pktrt_scene *s = stage_open();
+    pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+    const pktrt_material white = material_of(0.7, PKTRT_SPECULAR_NONE, 0), shine = lamp_of(9);
+    mesh ceiling = mesh_grid(16, 2);
+    pktrt_mesh_desc m = mesh_desc(&ceiling);
+    uint32_t *material = fresh(ceiling.nt, 4);
+    mesh_shift(&ceiling, 0, 1, 0);
+    stage_quad(s, &ground, stage_material(s, &white));
+    material[100] = material[101] = stage_material(s, &shine);
+    m.triangle_materials = material;
+    if (alone) m.triangle_materials = NULL, m.material = 2, m.indices += 300, m.triangle_count = 2;
+    CHECK(pktrt_add_mesh(s, &m, &l.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+    stage_light(s, &l);
+    stage_commit(s);
+    e[alone] = stage_estimate(s, &d, 16);
+    pktrt_scene_destroy(s);
+    mesh_free(&ceiling), free(material);
+  }
+  CHECK(agrees(&e[0], 0, e[1].mean[0]) && e[1].mean[0] > 0.001, "%g, not %g", e[0].mean[0], e[1].mean[0]);
+  CHECK(e[0].error[0] < 2 * e[1].error[0], "%g +- %g, alone +- %g", e[0].mean[0], e[0].error[0], e[1].error[0]);
+}
+
 /* What lobes get of such lamps is shared between their rays and samples, as it is of separate lamps; and what the lamps
    show of themselves is the same, bit for bit. */
 static void lamps_in_lobes(void) {
@@ -604,5 +632,6 @@ void suite_pool(void) {
   run("64 meshes over a pool take little more memory than one mesh", a_pool_costs_little);
   run("materials that there are not and bad vertices of a pool are refused by name", mistakes_are_refused);
   run("triangles of a lamp shine by their own materials", lamps_of_several_materials);
-  run("lobes find them", lamps_in_lobes);
+  run("dark triangles of a lamp are not asked for light", dark_triangles_are_not_asked);
+  run("lobes find lamps of several materials", lamps_in_lobes);
 }

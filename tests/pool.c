@@ -37,7 +37,7 @@ static pktrt_mesh_desc pool_desc(const pool *q) {
   return d;
 }
 
-/* Balls and boxes in a ring, of material 0, 1, 2, ...; their triangles and vertices are shuffled among each other. */
+/* Balls and boxes, of material 0, 1, 2, ...: in a ring, but that thing 2, of glass, holds two others. Their triangles and vertices are shuffled among each other. */
 static pool pool_of_things(uint32_t things, uint32_t keys, uint64_t seed) {
   rng r = rng_of(seed);
   uint32_t nv = 0, nt = 0;
@@ -54,9 +54,13 @@ static pool pool_of_things(uint32_t things, uint32_t keys, uint64_t seed) {
     }
     for (uint32_t k = 0; k < things; k++) {
       mesh m = k % 3 == 1 ? mesh_box() : mesh_sphere(2, 0, k);
+      m.nt -= k == 0; /* which is open, so that they all together are */
       const double turn = 2 * PI * k / things;
-      mesh_scale(&m, 0.3f);
-      mesh_shift(&m, (float)(1.3 * cos(turn)), (float)(1.1 * sin(turn)), k % 2 ? 0.2f : -0.3f);
+      const bool within = k == 3 || k == 4; /* in thing 2; the latter is behind the former */
+      mesh_scale(&m, within ? 0.2f : k == 2 ? 0.7f : 0.3f);
+      if (within) mesh_shift(&m, 0.05f, 0.1f, k == 3 ? 0.7f : 0);
+      else if (k == 2) mesh_shift(&m, 0, 0, 0.3f);
+      else mesh_shift(&m, (float)(1.3 * cos(turn)), (float)(1.1 * sin(turn)), k % 2 ? 0.2f : -0.3f);
       for (uint32_t v = 0; pass && v < m.nv; v++) {
         double sum = 0;
         for (uint32_t key = 0; key < keys; key++)
@@ -165,7 +169,7 @@ static void add_surroundings(pktrt_scene *s) {
 static void look_from(pktrt_scene *s, pktrt_mode mode, pktrt_light_choice lights, vec eye, float *pixels) {
   pktrt_render_desc d = stage_view(mode, SIDE, SIDE, pixels, eye, vec_of(0, 0, 0));
   d.samples = mode == PKTRT_MODE_DRT ? 4 : 1, d.lights = lights;
-  d.camera.shutter = 1;
+  d.camera.shutter = 1, d.max_depth = 5;
   stage_render(s, &d);
 }
 /* Counts pictures, of all modes, that differ; the camera stands before the things, and in one. */
@@ -174,8 +178,7 @@ static size_t pictures_differ(pktrt_scene *a, pktrt_scene *b) {
   size_t differ = 0;
   for (int i = 0; i < 8; i++) {
     const pktrt_mode mode = i < 6 ? (pktrt_mode)(i % 3) : PKTRT_MODE_DRT;
-    const double turn = 2 * PI * 2 / KINDS; /* thing 2, a ball of glass */
-    const vec eye = i / 3 % 2 ? vec_of(1.3 * cos(turn), 1.1 * sin(turn), -0.25) : vec_of(0.3, 0.2, 4);
+    const vec eye = i / 3 % 2 ? vec_of(0.35, 0.2, 0.35) : vec_of(0.3, 0.2, 4); /* the former in thing 2 */
     const pktrt_light_choice lights = i < 6 ? PKTRT_LIGHTS_ALL : PKTRT_LIGHTS_ONE;
     look_from(a, mode, lights, eye, x), look_from(b, mode, lights, eye, y);
     differ += !same_bits(x, y, sizeof x);
@@ -569,6 +572,34 @@ static void lamps_of_several_materials(void) {
   pktrt_scene_destroy(one), pktrt_scene_destroy(many);
 }
 
+/* A ceiling of many dark triangles, of which two shine, is as little noisy as these two alone. */
+static void dark_triangles_are_not_asked(void) {
+  const quad ground = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 3), vec_of(3, 0, 0));
+  const pktrt_render_desc d = stage_spot(vec_of(0.4, 0.5, 2), vec_of(0, -1, 0));
+  estimate e[2];
+  for (int alone = 0; alone < 2; alone++) {
+    pktrt_scene *s = stage_open();
+    pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+    const pktrt_material white = material_of(0.7, PKTRT_SPECULAR_NONE, 0), shine = lamp_of(9);
+    mesh ceiling = mesh_grid(16, 2);
+    pktrt_mesh_desc m = mesh_desc(&ceiling);
+    uint32_t *material = fresh(ceiling.nt, 4);
+    mesh_shift(&ceiling, 0, 1, 0);
+    stage_quad(s, &ground, stage_material(s, &white));
+    material[100] = material[101] = stage_material(s, &shine);
+    m.triangle_materials = material;
+    if (alone) m.triangle_materials = NULL, m.material = 2, m.indices += 300, m.triangle_count = 2;
+    CHECK(pktrt_add_mesh(s, &m, &l.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+    stage_light(s, &l);
+    stage_commit(s);
+    e[alone] = stage_estimate(s, &d, 16);
+    pktrt_scene_destroy(s);
+    mesh_free(&ceiling), free(material);
+  }
+  CHECK(agrees(&e[0], 0, e[1].mean[0]) && e[1].mean[0] > 0.001, "%g, not %g", e[0].mean[0], e[1].mean[0]);
+  CHECK(e[0].error[0] < 2 * e[1].error[0], "%g +- %g, alone +- %g", e[0].mean[0], e[0].error[0], e[1].error[0]);
+}
+
 /* What lobes get of such lamps is shared between their rays and samples, as it is of separate lamps; and what the lamps
    show of themselves is the same, bit for bit. */
 static void lamps_in_lobes(void) {
@@ -601,5 +632,6 @@ void suite_pool(void) {
   run("64 meshes over a pool take little more memory than one mesh", a_pool_costs_little);
   run("materials that there are not and bad vertices of a pool are refused by name", mistakes_are_refused);
   run("triangles of a lamp shine by their own materials", lamps_of_several_materials);
-  run("lobes find them", lamps_in_lobes);
+  run("dark triangles of a lamp are not asked for light", dark_triangles_are_not_asked);
+  run("lobes find lamps of several materials", lamps_in_lobes);
 }

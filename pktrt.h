@@ -5050,7 +5050,6 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 
 /* How far rays start from edges, in offsets, sizes of the point and lengths of edges: see D of >>spawn. */
 #define PKTRT__CLOSEST_INSIDE 9.094947017729282e-13 /* weights of what is not at an edge, 2^-40 */
-#define PKTRT__CLOSEST_FLAT 5.551115123125783e-17   /* squared heights that edges alone serve for, 2^-54 */
 #define PKTRT__CLOSEST_ERROR 1.4210854715202004e-14 /* of V, and of all that it is made of, 2^-46 */
 #define PKTRT__CLOSEST_MORE 1.000003814697265625    /* of limits in floats, 1 + 2^-18 */
 #define PKTRT__EDGE_OFFSET (PKTRT__SLACK(edge) * 10.0)
@@ -15206,8 +15205,9 @@ PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit 
         the nearest point; else the nearest point is that of the edges whose weights are not. A foot so near to an
         edge moves by 2^-40 L at most when it is taken for a point of the edge.
      2. The foot errs by 2^-49 k (d + L) along the plane, as does the direction across b - a: what is left of c - a
-        without its part along b - a. Where less than 2^-27 of c - a is left, edges alone serve: the foot is half of
-        that from one.
+        without its part along b - a. As it lies in the triangle, it errs by no more than what is left, which is less
+        than 2^-26 of c - a where the other bound exceeds 2^-24 (d + L). Where nothing of use is left, the weights are
+        those of a point to the one side or the other, from which the edges that face it hide the third.
      3. On an edge the nearest point is within 2^-50 (d + L). Sums begin at its lesser corner, so that the two
         triangles at an edge or those at a corner find the same bits, and the first of them has the point.
 
@@ -15281,7 +15281,7 @@ static double pktrt__closest_on_edge(const double point[3], const double *from, 
 
 /* Returns V of >>closest for a triangle, and finds the weights of the corners at the nearest point. */
 static double pktrt__closest_on_triangle(const double point[3], double corner[3][3], double weight[3]) {
-  double ab[3], ac[3], way[3], up[3], square = 0, shear = 0, along = 0, whole = 0, height = 0, across = 0, sum = 0;
+  double ab[3], ac[3], way[3], up[3], square = 0, shear = 0, along = 0, height = 0, across = 0, sum = 0;
 
   for (int a = 0; a < 3; a++) {
     ab[a] = corner[1][a] - corner[0][a];
@@ -15290,7 +15290,6 @@ static double pktrt__closest_on_triangle(const double point[3], double corner[3]
     square += ab[a] * ab[a];
     shear += ab[a] * ac[a];
     along += ab[a] * way[a];
-    whole += ac[a] * ac[a];
   }
   shear /= square;
   for (int a = 0; a < 3; a++) {
@@ -15303,7 +15302,7 @@ static double pktrt__closest_on_triangle(const double point[3], double corner[3]
   weight[0] = 1 - weight[1] - weight[2];
 
   /* Bit i: the edge across corner i is asked. */
-  uint32_t edges = height > PKTRT__CLOSEST_FLAT * whole ? 0 : 7;
+  uint32_t edges = 0;
 
   for (int i = 0; i < 3; i++) edges |= weight[i] > PKTRT__CLOSEST_INSIDE ? 0 : 1u << i;
   if (!edges) {

@@ -312,6 +312,39 @@ static void at_any_scale(void) {
   free(list.f);
 }
 
+/* A flat model that lies far from its origin, where points are rounded by more than they are away from it. */
+static void far_in_its_model(void) {
+  const float matrix[12] = {1, 0, 0, -1000, 0, 1, 0, -2000, 0, 0, 1, -3000};
+  double exact[12];
+  facets list = {NULL, 0, 0};
+  tally t = {0, 0, 0, 0};
+  rng r = rng_of(6);
+  mesh sheet = mesh_grid(8, 4);
+  const pktrt_scene_desc sd = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  const pktrt_instance_desc in = {0, 1, matrix, 0};
+  pktrt_scene *s = pktrt_scene_create(&sd);
+  mesh_shift(&sheet, 1000, 2000, 3000);
+  const pktrt_mesh_desc d = mesh_desc(&sheet);
+  CHECK(pktrt_add_model(s, &d, 1, NULL) == PKTRT_OK && pktrt_add_instance(s, &in, NULL) == PKTRT_OK);
+  CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  for (int k = 0; k < 12; k++) exact[k] = (double)matrix[k];
+  add_facets(&list, &sheet, 0, exact, 0, 0);
+  for (int i = 0; i < 1000; i++) { /* beside edges of squares */
+    pktrt_point_query q;
+    pktrt_closest got;
+    memset(&q, 0, sizeof q);
+    q.point[0] = (float)(int)rng_below(&r, 7) - 3 + 5e-5f * rng_sign(&r);
+    q.point[1] = rng_range(&r, 6.5e-5f, 1e-4f); /* 1.2e-4 there */
+    q.point[2] = 5e-5f * rng_sign(&r);
+    q.max_distance = INFINITY;
+    pktrt_closest_point_n(s, &q, &got, 1);
+    compare(&list, &q, &got, 6000, &t);
+  }
+  CHECK(!t.wrong, "%zu of %zu", t.wrong, t.asked);
+  pktrt_scene_destroy(s), mesh_free(&sheet);
+  free(list.f);
+}
+
 /* Trees of all kinds and sets, single calls and many, meshes that were built so and that were set and refitted. */
 static void the_same_bits(void) {
   enum { N = 200 };
@@ -542,6 +575,7 @@ static void signed_distances_of_a_ball(void) {
 void suite_closest(void) {
   run("the closest point is that of all triangles, also of instances, at any time and mask", against_all_triangles);
   run("it errs by no more than is said, at any scale, of needles too", at_any_scale);
+  run("it is found where its instance rounds points by more than they are away", far_in_its_model);
   run("it has the same bits by any call, set and tree", the_same_bits);
   run("of points that are equally near the first triangle has it", ties_go_to_the_first);
   run("so it is where edges are rounded", ties_at_a_tip);

@@ -83,9 +83,52 @@ static float make_closest_points(const stage *g, bool near, pktrt_point_query *o
   return (float)diagonal;
 }
 
-/* Asks both libraries, one after the other; returns how many distances differ by more than 2^-20 of the diagonal. */
+/* Returns the square of a point's distance to a triangle, in doubles: the least of its edges' and, where the point lies above it, its
+   plane's. */
+static double closest_square(const float p[3], const float *const corner[3]) {
+  double edge[3][3], way[3][3], normal[3], least = INFINITY, high = 0, size = 0;
+  bool above = true;
+  for (int c = 0; c < 3; c++)
+    for (int a = 0; a < 3; a++) {
+      edge[c][a] = (double)corner[(c + 1) % 3][a] - (double)corner[c][a];
+      way[c][a] = (double)p[a] - (double)corner[c][a];
+    }
+  for (int a = 0; a < 3; a++) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    normal[a] = edge[0][b] * edge[1][c] - edge[0][c] * edge[1][b];
+    high += way[0][a] * normal[a], size += normal[a] * normal[a];
+  }
+  for (int c = 0; c < 3; c++) {
+    double along = 0, square = 0, side = 0, sum = 0;
+    for (int a = 0; a < 3; a++) {
+      along += edge[c][a] * way[c][a], square += edge[c][a] * edge[c][a];
+      side += normal[a] * (edge[c][(a + 1) % 3] * way[c][(a + 2) % 3] - edge[c][(a + 2) % 3] * way[c][(a + 1) % 3]);
+    }
+    const double t = square > 0 ? fmin(fmax(along / square, 0), 1) : 0;
+    for (int a = 0; a < 3; a++) sum += (way[c][a] - t * edge[c][a]) * (way[c][a] - t * edge[c][a]);
+    least = fmin(least, sum), above = above && side > 0;
+  }
+  return size > 0 ? above ? fmin(least, high * high / size) : least : INFINITY;
+}
+
+/* Returns the distance of a point to the nearest of all triangles. */
+static double closest_truth(const stage *g, const float p[3]) {
+  double least = INFINITY;
+  for (size_t k = 0; k < g->s.mesh_count; k++) {
+    const scene_mesh *m = &g->s.meshes[k];
+    for (size_t i = 0; i < (size_t)m->triangle_count * 3; i += 3) {
+      const float *corner[3];
+      for (size_t c = 0; c < 3; c++) corner[c] = m->positions + 3 * (size_t)m->indices[i + c];
+      least = fmin(least, closest_square(p, corner));
+    }
+  }
+  return sqrt(least);
+}
+
+/* Asks both libraries, one after the other; returns how many distances differ by more than 2^-20 of the diagonal. In a first round
+   `wrong` counts those of ours that are so far from the truth, of these. */
 static size_t ask_closest(const pair *p, const stage *g, const pktrt_point_query *query, float diagonal, double *ours,
-                          double *theirs) {
+                          double *theirs, size_t *wrong) {
   static pktrt_closest found[CLOSEST_POINTS];
   static float radius[CLOSEST_POINTS];
   size_t apart = 0;
@@ -103,20 +146,24 @@ static size_t ask_closest(const pair *p, const stage *g, const pktrt_point_query
   }
   *theirs = cpu_seconds() - start;
   for (size_t i = 0; i < CLOSEST_POINTS; i++)
-    apart += !(fabsf(radius[i] - found[i].distance) <= diagonal * 9.5367431640625e-7f);
+    if (!(fabsf(radius[i] - found[i].distance) <= diagonal * 9.5367431640625e-7f)) {
+      apart++;
+      if (wrong)
+        *wrong += !(fabs((double)found[i].distance - closest_truth(g, query[i].point)) <= 1e-6 * (double)diagonal);
+    }
   return apart;
 }
 
-/* With the widest kernels, which both libraries have; ours are the same for all. Returns how many distances differ. */
+/* With the widest kernels, which both libraries have; ours are the same for all. Returns how many of our distances are wrong. */
 static size_t add_closest(report *to, const options *o, const stage *g, const setting *how, const pair *p) {
   static const char *const names[2] = {"points about", "points near"};
   static pktrt_point_query query[CLOSEST_POINTS];
-  size_t apart = 0;
+  size_t wrong = 0;
   for (int near = 0; near < 2 && p->device; near++) {
     double ours[MAX_ROUNDS], theirs[MAX_ROUNDS], unused;
     const float diagonal = make_closest_points(g, near, query);
-    const size_t differ = ask_closest(p, g, query, diagonal, &unused, &unused);
-    for (unsigned i = 0; i < o->rounds; i++) (void)ask_closest(p, g, query, diagonal, &ours[i], &theirs[i]);
+    const size_t before = wrong, differ = ask_closest(p, g, query, diagonal, &unused, &unused, &wrong);
+    for (unsigned i = 0; i < o->rounds; i++) (void)ask_closest(p, g, query, diagonal, &ours[i], &theirs[i], NULL);
     row *r = add_values(add_row(to, g, how->name, pktrt_isa_string(p->isa), names[near], "pktrt", "points", "us"), ours,
                         o->rounds);
     const double mine = r->best, mine_median = r->median;
@@ -126,11 +173,12 @@ static size_t add_closest(report *to, const options *o, const stage *g, const se
     const double other = r->best, other_median = r->median;
     r->best *= 1e6 / CLOSEST_POINTS, r->median *= 1e6 / CLOSEST_POINTS;
     ratio_row(to, g, how, p, names[near], "points", other_median / mine_median, other / mine);
-    printf("  closest point, %s: pktrt %.2f us, Embree %.2f us, ratio %.2f; %zu of %d distances differ\n", names[near],
-           1e6 * mine / CLOSEST_POINTS, 1e6 * other / CLOSEST_POINTS, other / mine, differ, CLOSEST_POINTS);
-    apart += differ;
+    printf("  closest point, %s: pktrt %.2f us, Embree %.2f us, ratio %.2f; %zu of %d distances differ, ours is wrong "
+           "in %zu\n",
+           names[near], 1e6 * mine / CLOSEST_POINTS, 1e6 * other / CLOSEST_POINTS, other / mine, differ, CLOSEST_POINTS,
+           wrong - before);
   }
-  return apart;
+  return wrong;
 }
 
 #endif

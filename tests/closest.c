@@ -321,7 +321,7 @@ static void far_in_its_model(void) {
   rng r = rng_of(6);
   mesh sheet = mesh_grid(8, 4);
   const pktrt_scene_desc sd = scene_desc_of(PKTRT_ISA_AUTO, 0);
-  const pktrt_instance_desc in = {0, 1, matrix, 0};
+  const pktrt_instance_desc in = {0, 1, matrix, 0, PKTRT_INTERPOLATION_LINEAR};
   pktrt_scene *s = pktrt_scene_create(&sd);
   mesh_shift(&sheet, 1000, 2000, 3000);
   const pktrt_mesh_desc d = mesh_desc(&sheet);

@@ -6642,11 +6642,12 @@ typedef struct pktrt__wave {
 /* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
 typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
-  float position[3][PKTRT__ROW]; /* the same, for hooks; after these [0] is the exponent of what is `hooked` */
-  float ng[3][PKTRT__ROW];       /* unit geometric normal towards the viewer */
-  float ns[3][PKTRT__ROW];       /* unit shading normal on the same side */
-  float nf[3][PKTRT__ROW];       /* the normal that scattering uses: ns, or ng where ns looks away */
-  float d[3][PKTRT__ROW];        /* unit direction of the ray */
+  float position
+      [3][PKTRT__ROW];     /* the same, for hooks; after these [0] is the exponent of what is `hooked` and has a lobe */
+  float ng[3][PKTRT__ROW]; /* unit geometric normal towards the viewer */
+  float ns[3][PKTRT__ROW]; /* unit shading normal on the same side */
+  float nf[3][PKTRT__ROW]; /* the normal that scattering uses: ns, or ng where ns looks away */
+  float d[3][PKTRT__ROW];  /* unit direction of the ray */
   float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below ng */
   float fresnel[PKTRT__ROW], eta[PKTRT__ROW];            /* eta: index behind the surface over the one before it */
   float offset[PKTRT__ROW];                              /* how far rays start from the surface, see >>spawn */
@@ -11314,7 +11315,8 @@ static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w,
 /* Makes the rays of a pinhole camera through eight places of the picture. */
 static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, const double *y, pktrt__wave *w,
                                 uint32_t i) {
-  const d8 px = dload(x), py = dload(y);
+  const d8 px = dadd(dload(x), dset(p->shift[0]));
+  const d8 py = dadd(dload(y), dset(p->shift[1]));
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 across = dadd(dset(p->corner[a]), dmul(px, dset(p->dx[a])));
     vstore(w->rays.o[a] + i, dto(dset(p->eye[a])));
@@ -16187,13 +16189,14 @@ static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t
   pktrt__camera_plane moved;
   const pktrt__camera_plane *p = at_rest;
   const bool parallel = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
+  const double x = s->x + at_rest->shift[0], y = s->y + at_rest->shift[1];
   bool sees = true;
   if (PKTRT__MOTION && c->moving) {
     memset(&moved, 0, sizeof moved);
     sees = pktrt__camera_plane_at(c, width, height, s->time, &moved), p = &moved;
   }
   for (int a = 0; a < 3; a++) {
-    const double across = p->corner[a] + s->x * p->dx[a] + s->y * p->dy[a];
+    const double across = p->corner[a] + x * p->dx[a] + y * p->dy[a];
     const double off = lens[0] * p->right[a] + lens[1] * p->up[a];
     o[a] = pktrt__to_float(p->eye[a] + (parallel ? across + off : off));
     direction[a] = sees ? pktrt__to_float((parallel ? p->forward[a] : across) - off / p->focus) : 0;
@@ -16205,13 +16208,11 @@ PKTRT__COLD bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uin
   const float none[3] = {0, 0, 0};
   float o[3], d[3];
   pktrt__camera_plane plane;
-  pktrt__camera_sample sample = {0, 0, (double)time, {0, 0}};
+  pktrt__camera_sample sample = {x, y, (double)time, {0, 0}};
   pktrt__refusal why;
   *ray = pktrt_make_ray(none, none), ray->tmax = 0;
   if (!c || !width || !height || !pktrt__camera_check(c, width, height, &plane, &why)) return false;
   if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
-  sample.x = x + plane.shift[0];
-  sample.y = y + plane.shift[1];
   if (lens && c->aperture > 0) pktrt__do_map_disk(lens, sample.disk);
   pktrt__camera_ray_at(c, width, height, &plane, &sample, o, d);
   *ray = pktrt_make_ray(o, d), ray->time = time;
@@ -18335,17 +18336,20 @@ PKTRT__NOINLINE void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension,
 /* Finds mesh, triangle and material of each surface. Prefetches smooth normals: otherwise two waits for
    memory per triangle would follow each other. */
 static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
-  uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
+  uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0, material = 0;
   const pktrt__mesh *m = NULL;
+  const uint32_t *materials = NULL; /* of the mesh's triangles */
   bool bent = false;
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t id = w->rays.id[s->first + k];
     if (id - first >= n) {
       mesh = pktrt__mesh_lookup(scene, id, w->rays.place + s->first + k, hint), m = &scene->meshes[mesh];
       first = m->first_id, n = m->triangle_count;
+      material = m->material, materials = pktrt__mesh_materials(m);
       bent = smooth && m->normals && m->indices; /* of an instance, no: it has no arrays */
     }
-    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = pktrt__mesh_material(m, id - first);
+    s->mesh[k] = mesh, s->triangle[k] = id - first;
+    s->material[k] = materials ? materials[id - first] : material;
     if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
   for (uint32_t k = 0; smooth && k < s->count; k++) {
@@ -18489,8 +18493,8 @@ PKTRT__COLD void pktrt__surface_bend(pktrt__surfaces *s, uint32_t k, float v[3])
 }
 
 /* Calls the hooks of one material on surfaces [k, k + n), n <= 64, in place. */
-PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s,
-                                            uint32_t k, uint32_t n) {
+PKTRT__NOINLINE void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s,
+                                                uint32_t k, uint32_t n) {
   const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   const uint32_t lane = s->first + k;
   float to[3][64], texcoord[2][64], opacity[64], bent[3][64], exponent[64], *radiance[3];
@@ -18502,8 +18506,9 @@ PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktr
     pktrt__texcoord_at(scene, s->mesh[k + i], s->triangle[k + i], w->rays.as.hit.u[lane + i],
                        w->rays.as.hit.v[lane + i], at);
     texcoord[0][i] = at[0], texcoord[1][i] = at[1], opacity[i] = 1;
-    exponent[i] = mat->exponent;
   }
+  memset(exponent, 0, n * sizeof(float));
+  for (uint32_t i = 0; mat->exponent > 0 && i < n; i++) exponent[i] = mat->exponent;
   for (int a = 0; a < 3; a++) {
     p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->ns[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
@@ -18515,7 +18520,9 @@ PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktr
   p.time = w->rays.time + lane;
   p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (mat->texture) mat->texture(mat->user, &p);
-  for (uint32_t i = 0; i < n; i++) {
+  bool bends = false;
+  for (int a = 0; a < 3; a++) bends = bends || memcmp(bent[a], p.normal[a], n * sizeof(float)) != 0;
+  for (uint32_t i = 0; bends && i < n; i++) {
     float v[3] = {bent[0][i], bent[1][i], bent[2][i]};
     const bool same = v[0] == p.normal[0][i] && v[1] == p.normal[1][i] && v[2] == p.normal[2][i];
     if (!same) pktrt__surface_bend(s, k + i, v);
@@ -18526,7 +18533,7 @@ PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktr
     mat->shader(mat->user, &p, radiance);
     for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
   }
-  for (uint32_t i = 0; i < n; i++)
+  for (uint32_t i = 0; pktrt__material_has_lobe(mat) && i < n; i++)
     s->position[0][k + i] = exponent[i] >= 0 ? pktrt__minf(exponent[i], 1e9f) : mat->exponent;
 }
 
@@ -19680,8 +19687,8 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
     const uint32_t m = n - i < 8 ? n - i : 8;
     for (uint32_t k = 0; k < m; k++) {
       w->rays.time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->rays.time[i + k]) : middle;
-      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5) + render->plane.shift[0];
-      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5) + render->plane.shift[1];
+      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5);
+      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5);
     }
     if (pinhole) render->scene->kernels->camera_rays(&render->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {

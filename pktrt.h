@@ -20579,7 +20579,7 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, ui
     triangle = pktrt__warn_find_triangle(&s->meshes[mesh], first, index, triangle);
     pktrt__warn_place_probe(s, mesh, triangle, time, i, probe);
     pktrt__texcoord_at(s, mesh, triangle, 0.25f, 0.25f, at);
-    for (int a = 0; a < 2; a++) probe->texcoord[a][i] = spread ? ((float)i + 0.5f) / PKTRT__PROBES : at[a];
+    for (int a = 0; a < 2; a++) probe->texcoord[a][i] = spread ? ((float)i + 0.5f) / (float)PKTRT__PROBES : at[a];
     for (int a = 0; a < 9; a++) probe->changed[a][i] = given[a / 3][a % 3];
     for (int a = 0; a < 3; a++) probe->changed[9 + a][i] = probe->normal[a][i];
     probe->changed[12][i] = material->exponent;

@@ -236,13 +236,13 @@
      long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
      _REMOVAL, _SURFACES, _CLOSEST and _NORMALS.
      build                      seconds      bytes of code
-     whole                          9.0            458,027
-     AVX2 alone                     7.0            361,396
-     queries, AVX2                  4.3            215,319
-     barest queries, AVX2           2.9            132,153
-     scalar                         7.4            348,054
-     with AVX-512                  11.2            556,903
-     examples/render.c              2.8            263,932
+     whole                          9.6            480,865
+     AVX2 alone                     7.5            383,994
+     queries, AVX2                  4.6            229,156
+     barest queries, AVX2           2.9            133,744
+     scalar                         8.0            370,634
+     with AVX-512                  11.8            579,909
+     examples/render.c              2.9            263,961
 
 
    CONCEPTS

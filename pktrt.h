@@ -215,7 +215,8 @@
      PKTRT_NO_GROUPS          No groups and masks of meshes and instances, no masks of queries.
      PKTRT_NO_REMOVAL         Meshes and instances stay, and are seen; what would remove or hide them is not declared.
                               Define it before the file's first #include, too.
-     PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface and pktrt_spawn_at are not declared.
+     PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface, pktrt_spawn_at and pktrt_get_mesh_info
+                              are not declared.
                               Define it before the file's first #include, too.
      PKTRT_NO_CLOSEST         pktrt_closest_point and its kin are not declared. Define it before the file's first
                               #include, too.
@@ -766,7 +767,7 @@ typedef struct pktrt_instance_desc {
    rounded to floats in the instance's frame. An instance takes a mesh index for each mesh of its model, the first in a
    row that no mesh has: hits, materials, ties and pktrt_spawn go by these. It is seen from the next commit on, as meshes
    are. A transform that flattens space at any time, or may, is refused. *instance may be NULL.
-     Between two keys of PKTRT_INTERPOLATION_RIGID, of which there may be 32, scale and shear mix evenly, the model's origin
+     With PKTRT_INTERPOLATION_RIGID there are at most 32 keys. Between two of them scale and shear mix evenly, the model's origin
    moves along a straight line, and the rotation goes the shorter way; by 180 degrees, counter-clockwise about the axis
    whose first component that is not 0 is positive. Mirror all keys or none. Trees above instances have 32 keys for each
    interval. */
@@ -818,13 +819,13 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *, pktrt_scene_info *);
 typedef struct pktrt_mesh_info {
   uint64_t triangles;
   uint64_t degenerate; /* of these, triangles without area at each key */
-  uint64_t open_edges; /* how often an edge lacks a triangle to its other side */
+  uint64_t open_edges; /* sides of triangles without a partner of the opposite direction */
   uint64_t bytes;      /* retained positions, indices, normals, texture coordinates, materials */
   bool closed;         /* each edge has as many triangles in one direction as in the other: it has an inside */
   float lo[3], hi[3];  /* bounds over all keys; lo > hi if there is no triangle */
 } pktrt_mesh_info;
 /* Corners are the same if their positions are, at all keys. Takes time by the number of triangles, and 24 bytes for each
-   meanwhile. */
+   meanwhile. PKTRT_INVALID_ARGUMENT: there is no such mesh; PKTRT_OUT_OF_MEMORY. Neither leaves a detail. */
 PKTRT_DEF pktrt_status pktrt_get_mesh_info(const pktrt_scene *, uint32_t mesh, pktrt_mesh_info *out);
 #endif
 
@@ -886,20 +887,20 @@ PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *
 
 #ifndef PKTRT_NO_CLOSEST
 /* The nearest point of all triangles that rays can meet; one without area at that time does not count. Of equal squared
-   distances (in doubles, see >>closest) the lower mesh has it, then the lower triangle. `distance` errs by at most 2^-24
-   of itself and 2^-38 of itself and the triangle's longest edge: 2^-24 of these where the triangle is over 1000 times as
-   long as high; in an instance by 2^-50 of the coordinates that place it besides. Inside and outside: pktrt_winding. */
+   distances (in doubles, see >>closest) the lower mesh has it, then the lower triangle. Inside and outside: pktrt_winding.
+     The error of a distance d, with L the triangle's longest edge, is at most 2^-24 d + 2^-38 (d + L); of slivers over
+   1000 times as long as high, 2^-24 (d + L). In an instance 2^-50 of the sum of coordinates and shifts comes on top. */
 typedef struct pktrt_closest {
-  float distance;    /* in the scene, also to what an instance scales; INFINITY if there is none */
-  float point[3];    /* (1 - u - v) p0 + u p1 + v p2 */
-  float normal[3];   /* of unit length, along that of a hit of the triangle */
-  float u, v;        /* never below 0, nor is (1 - u) - v */
-  uint32_t mesh;     /* PKTRT_NONE: none, and all else is 0 */
-  uint32_t triangle; /* likewise */
+  float distance;  /* measured in the scene, also where an instance scales its model; INFINITY if there is none */
+  float point[3];  /* (1 - u - v) p0 + u p1 + v p2 */
+  float normal[3]; /* of unit length, along that of a hit of the triangle */
+  float u, v;      /* never below 0, nor is (1 - u) - v */
+  uint32_t mesh;   /* PKTRT_NONE: there is none; then so is triangle, and point, normal, u and v are 0 */
+  uint32_t triangle;
 } pktrt_closest;
 typedef struct pktrt_point_query {
   float point[3];     /* beyond 2^100, infinite or NaN: finds none */
-  float max_distance; /* what is at it counts; INFINITY: no limit; 0: the point itself; below, NaN: finds none */
+  float max_distance; /* a `distance` equal to it counts; INFINITY: no limit; 0: the point itself; below, NaN: none */
   float time;         /* as of rays */
   uint32_t mask;      /* see pktrt_mesh_desc; 0: all bits */
 } pktrt_point_query;
@@ -1152,13 +1153,13 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
   float up_end[3]; /* zero: as up */
   pktrt_projection projection;
   float width; /* orthographic: of the picture, in units of the world, > 0; fov_y does not count there */
-  /* Lens shift, in widths to the right and heights up: the picture shows what it would if it were a part, so far aside, of
-     a larger one. Directions stay, so upright lines stay parallel. Shifts that are whole pixels but for the rounding
-     of a float count as such. */
+  /* Lens shift, in widths to the right and heights up: moves the window of the picture within the picture plane. The view
+     does not turn, so upright lines stay parallel. Shifts that are whole pixels but for the rounding of a float count as
+     such. */
   float shift[2];
 } pktrt_camera;
 
-/* The direction of the ray is not of unit length: t is the depth along the view, from the plane through `eye`.
+/* The direction of the ray is in general not of unit length: t is the depth along the view, from the plane through `eye`.
    It is the renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner:
    the middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
    its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. False, and a ray that
@@ -1236,10 +1237,10 @@ PKTRT_DEF pktrt_status pktrt_remove_light(pktrt_scene *, uint32_t light);
      bottle (1.5) it is 1.33 / 1.5. Rays remember the last four glasses (two in scenes of more than 127 materials, one
      beyond 32,767); one that was forgotten is known again where a ray meets its inside.
    - Several materials in one mesh: the triangles of each count as a mesh of their own.
-   - Touching: of faces that coincide a ray meets one, that of the lower mesh, and refracts by its ior alone; both
+   - Touching: of faces that coincide a ray meets one, that of the lower mesh or triangle, and refracts by its ior alone; both
      glasses are entered or left there.
    - Overlapping: where none contains the other, the one entered last dims, until it is left.
-   - Around the camera (and each point of its lens) are closed meshes that it stands in; the smaller one is the inner
+   - Around the camera (each point of its lens, or of the plane that parallel rays start on) are closed meshes that it stands in; the smaller one is the inner
      one.
    - Open: sheets, and bodies whose surface is shared out among meshes, as a tumbler's glass, what holds water, and the
      water's own surface (each with the ior of what it parts). A ray leaves one where it enters the next, and what it
@@ -1276,12 +1277,12 @@ typedef struct pktrt_points {
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
   float *opacity; /* 1; where the texture of a cutout sets less than a half, there is nothing */
-  /* `normal`, which a texture may bend: to a vector of any length, with which lights, mirrors and glass reckon from there
-     on, a shader as `normal`. Nothing shines through from behind: one that is lower is raised to a cosine of about 1/64 to
-     the normal of the triangle. Zero, NaN and infinity leave `normal` as it is. */
+  /* `normal`, which a texture may replace by a vector of any length. Lights, mirrors and glass use the result; a shader gets
+     it as `normal`. Nothing shines through from behind: a vector whose cosine to the normal of the triangle is below 1/64 is
+     raised to that. Zero, NaN and infinity leave `normal` as it is. */
   float *normal_out[3];
-  /* Of the Phong lobe, as the material has it; a texture changes it, up to 1e9. Negative ones and NaN leave the
-     material's. */
+  /* Of the Phong lobe, as the material has it; a texture changes it, up to 1e9. If it is negative or NaN, the material's
+     exponent counts. */
   float *exponent;
 } pktrt_points;
 
@@ -4204,7 +4205,7 @@ static void pktrt__log_sentence(const pktrt_scene *s, int level, const char *sen
 #ifndef PKTRT_NO_RENDER
 /* Warns in a sentence that is put together as by printf. */
 PKTRT__COLD void pktrt__warn(const pktrt_scene *s, const char *format, ...) {
-  char text[256];
+  char text[320];
   va_list values;
   if (!s->desc.log) return;
   va_start(values, format);
@@ -13695,9 +13696,10 @@ PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *
     const double least = pktrt__place_least_det(k0, k1);
     if (!(least > PKTRT__PLACE_FLAT) && in->key_count > 1)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
-                         "instance %u: between keys %u and %u its transform may flatten it; give it more keys or "
-                         "PKTRT_INTERPOLATION_RIGID, or set both at once (pktrt_set_transforms)",
-                         index, (unsigned)(i / steps), (unsigned)(i / steps) + 1);
+                         "instance %u: between keys %u and %u its transform may flatten it; give it more keys%s", index,
+                         (unsigned)(i / steps), (unsigned)(i / steps) + 1,
+                         in->rigid ? " between"
+                                   : " or PKTRT_INTERPOLATION_RIGID, or set both at once (pktrt_set_transforms)");
     if (!(least > PKTRT__PLACE_FLAT))
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: its transform flattens it", index);
     in->kappa = pktrt__max(in->kappa, in->key_count > 1 ? 18 / least : pktrt__place_kappa(keys));
@@ -15198,7 +15200,7 @@ PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit 
 
    DEFINITION. The corners of a triangle at the query's time are those of >>exactness; in an instance A p + s
    (>>places), in doubles. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one
-   sequence of doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= max_distance^2 that
+   sequence of doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= ((1 + 2^-24) max_distance)^2 that
    have area then.
 
    ERROR. The root of V is within (2^-49 k + 2^-39) (d + L) of the distance d, and within 2^-24 (d + L) for any
@@ -15612,7 +15614,7 @@ static void pktrt__closest_resolve(const pktrt_scene *s, pktrt__closest_search *
 /* Finds the closest point of a query. */
 static bool pktrt__closest_find(const pktrt_scene *s, const pktrt_point_query *query, pktrt_closest *out) {
   const pktrt_point_query q = *query;
-  const double reach = (double)q.max_distance;
+  const double reach = (double)q.max_distance * (1 + (double)PKTRT__EPS); /* all that is rounded to it */
   pktrt__closest_search search;
   pktrt__closest_view view;
   bool valid = q.max_distance >= 0;
@@ -18480,8 +18482,10 @@ PKTRT__COLD void pktrt__surface_bend(pktrt__surfaces *s, uint32_t k, float v[3])
   if (!pktrt__surface_normalise(v)) return;
   const float *const ng[3] = {s->ng[0] + k, s->ng[1] + k, s->ng[2] + k};
   const float least = 1.0f / 64, cosine = v[0] * *ng[0] + v[1] * *ng[1] + v[2] * *ng[2];
-  if (cosine < least) {
-    for (int a = 0; a < 3; a++) v[a] += (least - cosine) * *ng[a];
+  if (cosine < least) { /* what is along the surface, if anything is, and 1/64 of the normal */
+    for (int a = 0; a < 3; a++) v[a] -= cosine * *ng[a];
+    const bool along = pktrt__surface_normalise(v);
+    for (int a = 0; a < 3; a++) v[a] = along ? 0.99987792f * v[a] + least * *ng[a] : *ng[a];
     (void)pktrt__surface_normalise(v);
   }
 
@@ -20466,28 +20470,34 @@ PKTRT__COLD void pktrt__warn_of_lights(const pktrt_scene *s, const pktrt_render_
                   (unsigned)pktrt__mesh_material_at(m, 0), (unsigned)l->mesh);
   }
 }
-/* Warns that nothing lights what needs light, and names what could. */
-PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render) {
+/* Warns that nothing lights what needs light, and names what could; where there is light, says what shines and is none. */
+PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render, bool dark) {
   const pktrt_scene *s = render->scene;
   const pktrt_render_desc *d = render->desc;
-  static const char *const words = "render: there is no light and no ambient: what does not shine by itself is black";
+  char text[256] = "";
+  const char *words = dark ? "render: there is no light and no ambient: what does not shine by itself is black"
+                           : "render: not all that shines lights what is matt";
   bool mesh_light = !PKTRT__AREA_LIGHTS, sky = mesh_light; /* there is one, or may be none */
   for (uint32_t i = 0; i < s->light_count; i++) {
     mesh_light = mesh_light || s->lights[i].kind == PKTRT_LIGHT_MESH;
     sky = sky || s->lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
   }
-  for (uint32_t i = 0; i < s->committed_meshes && !mesh_light; i++) {
-    const pktrt__mesh *m = &s->meshes[i];
+
+  uint32_t shines = mesh_light ? s->committed_meshes : 0;
+  for (; shines < s->committed_meshes; shines++) {
+    const pktrt__mesh *m = &s->meshes[shines];
     if (!m->triangle_count || !m->committed || m->hidden || m->instance) continue;
-    if (!(pktrt__mesh_traits(s, m) & PKTRT__MATERIAL_EMITS)) continue;
-    pktrt__warn(s, "%s; add a light of kind PKTRT_LIGHT_MESH for mesh %u, whose material has emission", words,
-                (unsigned)i);
-    return;
+    if (pktrt__mesh_traits(s, m) & PKTRT__MATERIAL_EMITS) break;
   }
-  if (!sky && (d->environment || pktrt__any_positive(d->background)))
-    pktrt__warn(s, "%s; add a light of kind PKTRT_LIGHT_ENVIRONMENT for `%s` to light it", words,
-                d->environment ? "environment" : "background");
-  else pktrt__log_sentence(s, 0, words);
+  if (shines < s->committed_meshes)
+    (void)snprintf(text, sizeof text,
+                   "%s; add a light of kind PKTRT_LIGHT_MESH for mesh %u, whose material has emission", words,
+                   (unsigned)shines);
+  else if (!sky && (d->environment || (dark && pktrt__any_positive(d->background))))
+    (void)snprintf(text, sizeof text, "%s; add a light of kind PKTRT_LIGHT_ENVIRONMENT for `%s` to light it", words,
+                   d->environment ? "environment" : "background");
+  else if (dark) (void)snprintf(text, sizeof text, "%s", words);
+  if (text[0]) pktrt__log_sentence(s, dark ? 0 : 1, text);
 }
 
 /* Warns of an environment that has most of what counts in one cell of its table, so in less than a cell. */
@@ -20496,7 +20506,7 @@ PKTRT__COLD void pktrt__warn_of_environment(const pktrt_scene *s, const pktrt__e
   pktrt__warn(
       s,
       "render: environment: towards (%.2f, %.2f, %.2f) it has a source of less than %.1f degrees, the cells of its "
-      "table: it may be lost or be noise; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
+      "table: elsewhere it would be lost between them; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
       e->small[0], e->small[1], e->small[2], 180.0 / e->rows,
       e->rows < 512 ? ", or call pktrt_prepare_environment" : "");
 }
@@ -20595,8 +20605,8 @@ PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, uin
   pktrt__warn_try_texture(s, mesh, material, time, false, &probe);
   for (uint32_t i = 0; i < 9 * PKTRT__PROBES; i++) {
     const uint32_t kind = i / (3 * PKTRT__PROBES);
-    const float x = probe.changed[i / PKTRT__PROBES][i % PKTRT__PROBES], most = kind < 2 ? 1 : INFINITY;
-    if (x >= 0 && x <= most) continue;
+    const float x = probe.changed[i / PKTRT__PROBES][i % PKTRT__PROBES], most = kind < 2 ? 1.0001f : INFINITY;
+    if (x >= 0 && x <= most) continue; /* what rounding does is no mistake */
     pktrt__warn(s, "render: the texture of material %u writes %g as %s, outside [0, %s", (unsigned)material, (double)x,
                 names[kind], kind < 2 ? "1]: does it give values of 0 to 255?" : "infinity)");
     break;
@@ -20614,15 +20624,18 @@ PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, uin
 
 /* Warns of textures, of the first few only: each takes two calls of its hook. */
 PKTRT__COLD void pktrt__warn_of_textures(const pktrt_scene *s, float time) {
-  uint32_t tried = 0, last = 0;
+  uint32_t tried[PKTRT__PROBED], count = 0;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    for (uint32_t k = 0; m->triangle_count && k < pktrt__mesh_material_count(m) && tried < PKTRT__PROBED; k++) {
+    for (uint32_t k = 0; m->triangle_count && k < pktrt__mesh_material_count(m) && count < PKTRT__PROBED; k++) {
       const uint32_t material = pktrt__mesh_material_at(m, k);
-      if (!pktrt__material_of(s, material)->texture || (tried && material == last)) continue;
+      uint32_t known = 0;
+
+      if (!pktrt__material_of(s, material)->texture) continue;
+      while (known < count && tried[known] != material) known++;
+      if (known < count) continue;
+      tried[count++] = material;
       pktrt__warn_of_texture(s, i, material, time);
-      last = material;
-      tried++;
     }
   }
 }
@@ -20637,13 +20650,13 @@ PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state
   pktrt__warn_of_mode(s, render);
   pktrt__warn_of_changes(s);
   pktrt__warn_of_lights(s, d);
-  if (pktrt__warn_is_dark(render)) pktrt__warn_of_darkness(render);
+  pktrt__warn_of_darkness(render, pktrt__warn_is_dark(render));
   if (camera->fov_y > 0 && camera->fov_y < 3 && !parallel)
     pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)camera->fov_y);
   if (camera->width > 0 && !parallel)
     pktrt__warn(s, "render: camera.width counts with PKTRT_PROJECTION_ORTHOGRAPHIC alone");
   if (render->plane.other_up)
-    pktrt__warn(s, "render: the camera looks along y, the default up: z is up instead; set camera.up");
+    pktrt__warn(s, "render: the camera looks along y, the default up: z is up where it does; set camera.up");
   pktrt__warn_of_environment(s, render->environment);
 #ifndef PKTRT_NO_TEXTURES
   pktrt__warn_of_textures(s, d->camera.time);

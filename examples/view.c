@@ -479,6 +479,7 @@ static bool pose_world(viewer *v, bool *built) {
 static void describe(viewer *v, pktrt_render_desc *d) {
   const settings *s = &v->now;
   memset(d, 0, sizeof *d);
+  d->samples = 1;
   d->pixels = v->pixels;
   d->mode = (pktrt_mode)s->mode;
   d->camera = s->camera;

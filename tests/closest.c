@@ -304,6 +304,8 @@ static void at_any_scale(void) {
       pktrt_closest_point_n(s, &q, &got, 1);
       CHECK(pktrt_closest_point(s, q.point, q.max_distance, &other) && same_bits(&got, &other, sizeof got));
       compare(&list, &q, &got, 0, &t);
+      CHECK(pktrt_closest_point(s, q.point, got.distance, &other) && same_bits(&got, &other, sizeof got),
+            "what is at a distance of %g is not within that", (double)got.distance);
     }
     pktrt_scene_destroy(s), world_free(&w);
   }

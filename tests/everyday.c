@@ -388,6 +388,10 @@ static void hear(void *user, int level, const char *sentence) {
   told *t = user;
   if (level == 0) t->n += (size_t)snprintf(t->text + t->n, sizeof t->text - t->n, "%s\n", sentence);
 }
+static void hear_all(void *user, int level, const char *sentence) {
+  (void)level;
+  hear(user, 0, sentence);
+}
 static void all_white(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
   (void)user, (void)direction;
   for (uint32_t i = 0; i < n; i++) radiance[0][i] = radiance[1][i] = radiance[2][i] = 1;
@@ -549,6 +553,30 @@ static void make_mistake(const mistake *x, bool mistaken, bool set, told *t) {
   mesh_free(&ball);
   pktrt_scene_destroy(s);
 }
+/* What shines and is no light is told, as information, where other light is there. */
+static void shining_is_told(void) {
+  for (int k = 0; k < 3; k++) {
+    told t;
+    pktrt_scene_desc sd;
+    float pixels[3 * SIZE * SIZE];
+    memset(&t, 0, sizeof t), memset(&sd, 0, sizeof sd);
+    sd.log = hear_all, sd.user = &t;
+    pktrt_scene *s = pktrt_scene_create(&sd);
+    const pktrt_light l = light_of(PKTRT_LIGHT_POINT, 5);
+    const pktrt_material m = lamp_of(3);
+    const quad ground = quad_of(vec_of(0, -1.5, 0), vec_of(0, 0, 3), vec_of(3, 0, 0));
+    pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, SIZE, SIZE, pixels, vec_of(0, 0.6, 4), vec_of(0, 0, 0));
+    d.samples = 2, d.environment = k == 1 ? wide_sun : NULL;
+    stage_light(s, &l);
+    stage_quad(s, &ground, k == 2 ? stage_material(s, &m) : 0);
+    stage_commit(s);
+    stage_render(s, &d);
+    const char *words = k == 1 ? "PKTRT_LIGHT_ENVIRONMENT for `environment`" : "PKTRT_LIGHT_MESH for mesh 0";
+    CHECK((strstr(t.text, words) != NULL) == (k > 0), "case %d: %s", k, t.text);
+    pktrt_scene_destroy(s);
+  }
+}
+
 static void typical_mistakes_are_told(void) {
   told t;
   for (size_t i = 0; i < COUNT(mistakes); i++)
@@ -680,6 +708,7 @@ void suite_everyday(void) {
       normals_are_of_unit_length);
   run("codes for screens are the nearest, of any exposure and tone", codes_of_screens);
   run("mistakes in what is changed are named, and change nothing", mistakes_are_named);
+  run("what shines and is no light is told where there is other light", shining_is_told);
   run("typical mistakes are told, each with its cause and the field, and what is right is not",
       typical_mistakes_are_told);
 }

@@ -498,6 +498,10 @@ static void wrong_keys_are_named(void) {
        "instance 0: between keys 1 and 2 its transform may flatten it; give it more keys or PKTRT_INTERPOLATION_RIGID");
   says(s, show(s, model, 3, keys, linear), PKTRT_INVALID_ARGUMENT, "pktrt_set_transforms");
   CHECK(show(s, model, 3, keys, rigid) == PKTRT_OK, "%s", pktrt_last_error(s));
+  for (int i = 0; i < 11; i += 5) keys[12 * 1 + i] *= 1e9f;
+  says(s, show(s, model, 3, keys, rigid), PKTRT_INVALID_ARGUMENT,
+       "its transform may flatten it; give it more keys between");
+  for (int i = 0; i < 11; i += 5) keys[12 * 1 + i] *= 1e-9f;
   keys[12 * 1 + 10] = 0;
   says(s, show(s, model, 3, keys, rigid), PKTRT_INVALID_ARGUMENT, "instance 1: its transform flattens it");
   keys[12 * 1 + 10] = INFINITY;

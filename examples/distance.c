@@ -109,7 +109,10 @@ int main(void) {
   if (pktrt_add_mesh(scene, &tube, NULL) || pktrt_commit(scene)) return ex_fail("%s", pktrt_last_error(scene)), 1;
 
   const float middle[3] = {0, 0, 0};
+  pktrt_mesh_info info;
 
+  if (pktrt_get_mesh_info(scene, 0, &info) || !info.closed) return ex_fail("the knot has open edges"), 1;
+  printf("the knot is closed, of %u triangles, in %u bytes\n", (unsigned)info.triangles, (unsigned)info.bytes);
   (void)pktrt_closest_point(scene, middle, INFINITY, &closest[0]);
   printf("the origin is %.3f away from the knot: at %.3f, %.3f, %.3f, of triangle %u\n", (double)closest[0].distance,
          (double)closest[0].point[0], (double)closest[0].point[1], (double)closest[0].point[2],

@@ -20483,6 +20483,8 @@ PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render, bool
     sky = sky || s->lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
   }
 
+  if (!dark && !s->light_count && !pktrt__any_positive(d->ambient)) return;
+
   uint32_t shines = mesh_light ? s->committed_meshes : 0;
   for (; shines < s->committed_meshes; shines++) {
     const pktrt__mesh *m = &s->meshes[shines];

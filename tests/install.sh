@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What `make install` puts, and programs that find it: by pkg-config, and by what the README says of CMake (FetchContent,
-# find_package, add_subdirectory), as C and as C++; Debug programs whose implementation is optimised, by the README's lines; and
-# one program with several copies of the header, of different versions. All in folders whose names have blanks.
+# find_package, add_subdirectory), as C and as C++; Debug programs whose implementation is optimised, and sanitizers, by the README's
+# lines; and one program with several copies of the header, of different versions. All in folders whose names have blanks.
 # usage: install.sh, from the project's directory
 set -u
 unset MAKEFLAGS MAKELEVEL MFLAGS DESTDIR PREFIX CFLAGS CXXFLAGS LDFLAGS # of the make that runs this
@@ -196,6 +196,8 @@ CMAKE
   attempt "find_package: a C program with the library" by_cmake found user "${found[@]}" -DCMAKE_C_FLAGS= -DCMAKE_BUILD_TYPE=Debug
   attempt "the library of a Debug program is compiled with -O2" optimised found pktrt_static
   attempt "control: the program is not" fails optimised found user
+  attempt "with -O0 if that is asked for" configure found -DPKTRT_COMPILE_OPTIONS=-O0
+  attempt "so it is" fails optimised found pktrt_static
   attempt "control: it is not found elsewhere" mentions 'Could not find a package configuration file provided by "pktrt"' \
     configure found -Upktrt_DIR -DCMAKE_PREFIX_PATH="$root/nowhere"
   minor=$((version / 100 % 100)) patch=$((version % 100)) taken="0 0.$minor 0.$minor.$patch 0.18...0.999 0.$minor.$patch...1"
@@ -262,11 +264,18 @@ printf '%s\n' 'program: program.o pktrt.o' "$(printf '\t')"'$(CC) $(CFLAGS) prog
 readme_line() { grep -o "\`$1[^\`]*\`" README.md | tr -d '`'; } # how it begins
 { cat "$debug/Makefile.without" && readme_line 'pktrt\.o: '; } >"$debug/Makefile"
 by_make() { make -C "$debug" CC="$CC" CFLAGS="-O0 -g" "$@"; }
-keeps_the_bits() { "$debug/program" | sed '/^by /d' | diff tests/checksum.txt -; }
+timed() { # file, command...: its seconds of processor time
+  local file=$1 TIMEFORMAT=%U
+  shift
+  { time "$@" 2>&1; } 2>"$file"
+}
+keeps_the_bits() { # program
+  "$debug/$1" | sed '/^by /d' | diff tests/checksum.txt -
+}
 attempt "control: without the README's line for make the implementation is not optimised" \
   mentions "the implementation is not optimised" by_make -f Makefile.without
-attempt "by that line it is, in a program that is not" by_make
-attempt "this has the bits that are kept" keeps_the_bits
+attempt "by that line it is, in a program that is not" timed "$debug/seconds" by_make
+attempt "this has the bits that are kept" keeps_the_bits program
 if have cmake; then
   for name in "debug by CMake" "debug without"; do
     project_of "$name" C <<CMAKE
@@ -281,6 +290,32 @@ CMAKE
   attempt "by the README's line for CMake it is, too" by_cmake "debug by CMake" program "${flags[@]}"
   attempt "control: without it is not" mentions "the implementation is not optimised" by_cmake "debug without" program "${flags[@]}"
 fi
+
+# Sanitizers, beside the time of -O2 -g and of the program, which are 1.3 times that of -O2.
+read -ra sanitizers < <(readme_line '-O0 -g -fsanitize')
+cat >"$debug/short.c" <<'C'
+#include "../../../../pktrt.h"
+#include <stdlib.h>
+int main(void) { /* says that it has four vertices, and has three */
+  static const uint32_t corners[] = {0, 1, 3};
+  static pktrt_mesh_desc mesh;
+  float *positions = (float *)calloc(9, sizeof *positions);
+  mesh.positions = positions, mesh.vertex_count = 4, mesh.indices = corners, mesh.triangle_count = 1;
+  pktrt_scene *scene = pktrt_scene_create(NULL);
+  return !scene || !positions || pktrt_add_mesh(scene, &mesh, NULL);
+}
+C
+sanitised() { "$CC" "${sanitizers[@]}" -DPKTRT_IMPLEMENTATION -x c -c pktrt.h -o "$debug/sanitised.o"; }
+linked() { "$CC" "${sanitizers[@]}" "$debug/$1.c" "$debug/sanitised.o" -o "$debug/$1-sanitised" -lm; } # source
+takes_twice_at_most() { # files with seconds
+  awk '{ print; s[NR] = $1 } END { exit !(NR == 2 && s[1] > 0 && s[2] <= 2 * s[1] / 1.3) }' "$@"
+}
+attempt "with sanitizers, as the README has it, it compiles" timed "$debug/seconds-sanitised" sanitised
+attempt "in twice the time of -O2 at most" takes_twice_at_most "$debug/seconds" "$debug/seconds-sanitised"
+attempt "a program is linked with it" linked program
+attempt "this has the bits that are kept, and nothing is found" keeps_the_bits program-sanitised
+attempt "so is one with a mistake" linked short
+attempt "which is found" mentions "heap-buffer-overflow" "$debug/short-sanitised"
 
 # --- several in one program ---
 

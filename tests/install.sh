@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What `make install` puts, and programs that find it: by pkg-config, and by what the README says of CMake (FetchContent,
-# find_package, add_subdirectory), as C and as C++; Debug programs whose implementation is optimised, and sanitizers, by the README's
-# lines; and one program with several copies of the header, of different versions. All in folders whose names have blanks.
+# find_package, add_subdirectory), as C and as C++; Debug programs whose implementation is optimised, and sanitizers, by the
+# README's lines; and one program with several copies of the header, of different versions. All in folders whose names have blanks.
 # usage: install.sh, from the project's directory
 set -u
 unset MAKEFLAGS MAKELEVEL MFLAGS DESTDIR PREFIX CFLAGS CXXFLAGS LDFLAGS # of the make that runs this
@@ -276,7 +276,7 @@ attempt "control: without the README's line for make the implementation is not o
   mentions "the implementation is not optimised" by_make -f Makefile.without
 attempt "by that line it is, in a program that is not" timed "$debug/seconds" by_make
 attempt "this has the bits that are kept" keeps_the_bits program
-if have cmake; then
+if command -v cmake >/dev/null; then # what is skipped has been said
   for name in "debug by CMake" "debug without"; do
     project_of "$name" C <<CMAKE
 add_executable(program program.c pktrt.c)

@@ -1,12 +1,12 @@
 # Makes two targets:
-#   pktrt::pktrt   the header alone. One file of the program defines PKTRT_IMPLEMENTATION; compile it with -O2 in Debug builds, too.
+#   pktrt::pktrt   the header alone. One file of the program defines PKTRT_IMPLEMENTATION: compile it with -O2 in Debug builds.
 #   pktrt::static  the header, and its implementation as a static library. No file of the program defines PKTRT_IMPLEMENTATION. The
 #                  library is built only if a target that is built links it. Projects without C compile it as C++; those with
 #                  neither have no such target.
 # Two lists may be set before:
 #   PKTRT_SWITCHES         macros for pktrt::static and for all that link it, such as "PKTRT_NO_RENDER;PKTRT_NO_MOTION"
 #   PKTRT_COMPILE_OPTIONS  how to compile pktrt::static, behind the options of the build type: -O2, whatever that is. With
-#                          -fsanitize= set it to -O0: that compiles in a tenth of the time.
+#                          -fsanitize= set it to -O0: that compiles in a fraction of the time.
 #
 # This file works in the project's folder and where `make install` puts it, and the folder may be moved afterwards.
 if(TARGET pktrt::pktrt)

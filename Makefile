@@ -126,8 +126,8 @@ help:
 	@echo "            lights alone cost over the header of commit BEFORE=..."
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
-	@echo "install     the header and its pkg-config file: PREFIX=/usr/local DESTDIR=        uninstall   takes them away"
-	@echo "test-install  in half a minute: programs by pkg-config and CMake, several copies of the header in one program"
+	@echo "install     the header, its files for pkg-config and CMake: PREFIX=/usr/local DESTDIR=        uninstall   takes them away"
+	@echo "test-install  in a minute: programs by pkg-config and CMake, also Debug ones, several copies of the header in one program"
 	@echo "dist        packs build/pktrt-VERSION.tar.gz, the same bytes for everyone who packs this commit"
 	@echo "test-dist   its bytes and what is in it; FULL=1: in a quarter of an hour, its own make deps demo test, too"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
@@ -854,23 +854,27 @@ $(LEAVEOUT):
 
 # --- installing and releasing ---
 
-# Nothing is compiled. The pkg-config file finds the header from where it lies itself, so the folder may be moved.
+# Nothing is compiled. The files for pkg-config and CMake find the header from where they lie themselves, so the folder may be moved.
 PREFIX ?= /usr/local
 VERSION = $(shell awk '$$2 == "PKTRT_VERSION" { printf "%d.%d.%d", $$3 / 10000, $$3 / 100 % 100, $$3 % 100; exit }' pktrt.h)
 quoted = '$(subst ','\'',$(1))'
 INSTALLED_HEADER = $(call quoted,$(DESTDIR)$(PREFIX)/include/pktrt.h)
 INSTALLED_PC = $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig/pktrt.pc)
+INSTALLED_CMAKE = $(call quoted,$(DESTDIR)$(PREFIX)/lib/cmake/pktrt)
+CMAKE_FILES = pktrtConfig.cmake pktrtConfigVersion.cmake
 install:
-	umask 022; install -d $(call quoted,$(DESTDIR)$(PREFIX)/include) $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig)
+	umask 022; install -d $(call quoted,$(DESTDIR)$(PREFIX)/include) $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig) $(INSTALLED_CMAKE)
 	install -m 644 pktrt.h $(INSTALLED_HEADER)
+	install -m 644 $(addprefix examples/cmake/,$(CMAKE_FILES)) $(INSTALLED_CMAKE)
 	@rm -f $(INSTALLED_PC)
 	umask 022; printf '%s\n' 'prefix=$${pcfiledir}/../..' 'includedir=$${prefix}/include' '' 'Name: pktrt' \
 	  'Description: packet ray tracing in one C header' 'Version: $(VERSION)' 'Cflags: -I$${includedir}' 'Libs: -lm' \
 	  >$(INSTALLED_PC)
 
-# Folders stay: who made them is not known.
+# Folders stay: who made them is not known. That of pktrt's files for CMake goes if nothing else is in it.
 uninstall:
-	rm -f $(INSTALLED_HEADER) $(INSTALLED_PC)
+	rm -f $(INSTALLED_HEADER) $(INSTALLED_PC) $(addprefix $(INSTALLED_CMAKE)/,$(CMAKE_FILES))
+	@rmdir $(INSTALLED_CMAKE) 2>/dev/null || :
 
 # The files that git knows, as they are now; where there is no git, as in an unpacked tarball, all but what is made. They get the
 # time of the last commit, or that of SOURCE_DATE_EPOCH, and neither owner nor umask of who packs.

@@ -168,13 +168,21 @@ $(B) $(B)/all $(B)/tests/fuzz out:
 
 SCENES = poolhall conference rtrt
 PICTURE = picture() { echo "$(B)/render $$*"; $(B)/render "$$@"; echo; }
+# One fine picture first, so that there is something to see within a minute. The curve keeps what is brighter than white.
+LOOK = --tone curve --exposure 1.5
 demo: | out
+	@mkdir -p $(B); date +%s >$(B)/demo.begun
 	$(BUILD) $(B)/render
-	@set -e; $(PICTURE); for scene in $(SCENES); do \
-	  picture --scene $$scene --mode rcs --size 1024x1024 -o out/$$scene-rcs.png; \
-	  picture --scene $$scene --mode wrt --size 1024x1024 -o out/$$scene-wrt.png; \
-	  picture --scene $$scene --mode drt --spp 64 --lights one --size 512x512 -o out/$$scene-drt.png; \
-	done
+	@set -e; $(PICTURE); first=poolhall; \
+	  picture --scene $$first --mode drt --spp 64 --lights one --size 512x512 $(LOOK) -o out/$$first-drt.png; \
+	  took=$$(($$(date +%s) - $$(cat $(B)/demo.begun))); \
+	  echo "demo: the first picture is out/$$first-drt.png, $$took s after the start; eight more follow"; echo; \
+	  for scene in $(SCENES); do \
+	    picture --scene $$scene --mode rcs --spp 16 --size 512x512 $(LOOK) -o out/$$scene-rcs.png; \
+	    picture --scene $$scene --mode wrt --spp 16 --size 512x512 $(LOOK) -o out/$$scene-wrt.png; \
+	    [ $$scene = $$first ] || \
+	      picture --scene $$scene --mode drt --spp 64 --lights one --size 512x512 $(LOOK) -o out/$$scene-drt.png; \
+	  done
 
 effects: | out
 	$(BUILD) $(B)/effects
@@ -258,13 +266,14 @@ $(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
 build/web $(WEB):
 	mkdir -p $@
 
-# Small, hence with more samples per pixel. The README shows them; they are kept under version control.
+# With more samples per pixel. The README shows them; they are kept under version control.
 readme-pictures: effects
 	$(BUILD) $(B)/render
 	mkdir -p .pictures
 	@set -e; $(PICTURE); for scene in $(SCENES); do for mode in rcs wrt drt; do \
-	  picture --scene $$scene --mode $$mode --spp 256 --size 256x256 -o .pictures/$$scene-$$mode.png; \
+	  picture --scene $$scene --mode $$mode --spp 256 --size 512x512 $(LOOK) -o .pictures/$$scene-$$mode.png; \
 	done; done
+	@$(PICTURE); picture --scene rtrt --mode drt --spp 256 --size 1024x640 $(LOOK) -o .pictures/rtrt-large.png
 	cp out/effects-*.png .pictures/
 
 # --- the course ---

@@ -200,11 +200,15 @@ static void ex_write_bytes(void *user, void *data, int size) {
   if (size > 0) fwrite(data, 1, (size_t)size, file); /* errors stick to the stream; ex_write_channels asks for them */
 }
 
+/* Of PNGs that are written; zeroed, plain clamping. */
+static pktrt_tone ex_tone;
+static float ex_exposure;
+
 static bool ex_write_png(FILE *file, const float *pixels, unsigned width, unsigned height) {
   size_t n = (size_t)width * height * 3;
   unsigned char *codes = (unsigned char *)malloc(n);
   if (!codes) return false;
-  pktrt_to_srgb8(pixels, n / 3, 0, PKTRT_TONE_CLAMP, codes);
+  pktrt_to_srgb8(pixels, n / 3, ex_exposure, ex_tone, codes);
   int ok = stbi_write_png_to_func(ex_write_bytes, file, (int)width, (int)height, 3, codes, (int)width * 3);
   free(codes);
   return ok != 0;

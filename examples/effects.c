@@ -8,7 +8,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 
-enum { WIDTH = 384, HEIGHT = 256, SAMPLES = 64, AROUND = 96, DOWN = 48 };
+enum { WIDTH = 512, HEIGHT = 342, SAMPLES = 64, AROUND = 96, DOWN = 48 };
 typedef enum effect { LENS, SHUTTER, AREA_LIGHT, GLOSS, EFFECTS } effect;
 static const char *const names[EFFECTS] = {"lens", "shutter", "light", "gloss"};
 
@@ -20,7 +20,7 @@ typedef struct ball {
 enum { FLOOR = 1, RED, GOLD, GLASS, BLUE, CREAM, LAMP };
 
 static const ball balls[] = {
-    {-0.3f, 0.0f, 1.0f, GOLD, 0},  {-2.2f, 1.2f, 0.62f, GLASS, 0}, {2.1f, 0.1f, 0.75f, RED, 1.3f},
+    {-0.3f, 0.0f, 1.0f, GOLD, 0},  {-2.2f, 1.2f, 0.62f, GLASS, 0}, {2.3f, 0.1f, 0.75f, RED, 0.55f},
     {0.95f, 2.6f, 0.42f, BLUE, 0}, {-3.9f, -3.6f, 1.0f, RED, 0},   {0.7f, -5.5f, 0.9f, CREAM, 0},
     {4.6f, -4.6f, 0.95f, BLUE, 0}, {-5.6f, -9.5f, 1.4f, CREAM, 0}, {2.4f, -11.0f, 1.2f, RED, 0}};
 static const float lamp[4][3] = {{-5.6f, 4.6f, -2.6f}, {-3.2f, 7.0f, -2.6f}, {-3.2f, 7.0f, 2.6f}, {-5.6f, 4.6f, 2.6f}};
@@ -146,6 +146,7 @@ int main(void) {
   static float pixels[HEIGHT * WIDTH * 3];
   ex_threads threads = ex_threads_of(ex_processors());
   bool ok = true;
+  ex_tone = PKTRT_TONE_CURVE, ex_exposure = 1.4f;
   for (int last = LENS; ok && last < EFFECTS; last++) ok = picture((effect)last, pixels, &threads);
   ex_threads_stop(&threads);
   return ok ? 0 : 1;

@@ -23,7 +23,7 @@ typedef struct options {
   unsigned instances;                                                  /* 0: the scene itself */
   unsigned passes;                                                     /* 0: as many as it takes */
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
-  int normals, shadows, phong;                                         /* the same */
+  int normals, shadows, phong, tone;                                         /* the same */
   int measure, heat;                                                   /* such values; -1: not given */
   pktrt_isa isa;
   bool up_z, has_camera, has_frame, progress, count, adaptive, explain, filter;
@@ -40,6 +40,7 @@ static const char *const glass_names[] = {"pass", "block", NULL};
 static const char *const normal_names[] = {"smooth", "geometric", NULL};
 static const char *const shadow_names[] = {"per-light", "together", NULL};
 static const char *const phong_names[] = {"careful", "naive", NULL};
+static const char *const tone_names[] = {"clamp", "curve", NULL};
 static const char *const up_names[] = {"y", "z", NULL};
 static const char *const measure_names[] = {"rmse", "relative", NULL};
 
@@ -70,6 +71,7 @@ static void print_help_picture(void) {
       "  --phong careful|naive\n"
       "                   drt: how directions of glossy reflections are drawn (default careful; naive to compare)\n"
       "  --exposure E     factor on the picture as it is written (default 1)\n"
+      "  --tone NAME      of a .png: clamp (default), or curve, which keeps what is brighter than white\n"
       "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written. A device or\n"
       "                   a pipe of any other name gets a .png\n"
       "  --heat WHAT      instead of the picture what it costs: boxes, triangles or vectors (paper path) tested per "
@@ -213,7 +215,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
   OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
-  OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_HEAT, OPT_BUFFERS, OPT_PASSES,
+  OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_TONE, OPT_HEAT, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_FILTER, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
   OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN, OPT_NO_COUNT, OPT_NO_PROGRESS
 };
@@ -244,6 +246,7 @@ static const struct option option_list[] = {{"scene", required_argument, NULL, O
                                             {"shadows", required_argument, NULL, OPT_SHADOWS},
                                             {"phong", required_argument, NULL, OPT_PHONG},
                                             {"exposure", required_argument, NULL, OPT_EXPOSURE},
+                                            {"tone", required_argument, NULL, OPT_TONE},
                                             {"heat", required_argument, NULL, OPT_HEAT},
                                             {"buffers", required_argument, NULL, OPT_BUFFERS},
                                             {"passes", required_argument, NULL, OPT_PASSES},
@@ -292,6 +295,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_SHADOWS: return ex_parse_word("shadows", text, shadow_names, &o->shadows);
   case OPT_PHONG: return ex_parse_word("phong", text, phong_names, &o->phong);
   case OPT_EXPOSURE: return ex_parse_real("exposure", text, 1e-6, 1e6, &o->exposure);
+  case OPT_TONE: return ex_parse_word("tone", text, tone_names, &o->tone);
   case OPT_HEAT: return ex_parse_word("heat", text, heat_words, &o->heat);
   case OPT_BUFFERS: o->buffers = text; return true;
   case OPT_PASSES: return ex_parse_uint("passes", text, 2, 65536, &o->passes);
@@ -807,6 +811,7 @@ static bool write_pictures(job *j) {
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
   if (o->error_map && !write_error_map(j)) return false;
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
+  ex_tone = j->cost ? PKTRT_TONE_CLAMP : (pktrt_tone)o->tone;
   bool ok = !o->output || (j->cost ? write_heat(j)
                                    : output_write(&j->outputs[OUTPUT_PICTURE], j->view.pixels, o->width, o->height, 3));
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++)

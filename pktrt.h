@@ -21245,6 +21245,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
                 - PKTRT_INTERPOLATION_RIGID: instances turn as a whole between their keys.
                 - Orthographic cameras and lens shift; looking along the default up takes another, which the log says.
                 - Textures may bend normals (normal_out) and set exponents.
+                - For CMake: find_package after make install, FetchContent of examples/cmake; targets pktrt::pktrt and
+                  pktrt::static, which is optimised in Debug builds, too.
                 - The log hook is told of textures that look at texcoords which a mesh has not or write beyond [0,1], of
                   suns smaller than the table of their environment, and of DRT with a single sample.
      0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what turns

@@ -23,7 +23,7 @@ typedef struct options {
   unsigned instances;                                                  /* 0: the scene itself */
   unsigned passes;                                                     /* 0: as many as it takes */
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
-  int normals, shadows, phong, tone;                                         /* the same */
+  int normals, shadows, phong, tone;                                   /* the same */
   int measure, heat;                                                   /* such values; -1: not given */
   pktrt_isa isa;
   bool up_z, has_camera, has_frame, progress, count, adaptive, explain, filter;

@@ -5115,7 +5115,7 @@ PKTRT__INLINE bool pktrt__tri_normal_of(double p[3][3], double n[3]) {
   return pktrt__tri_normal_size(p, n) * PKTRT__CALM_NORMAL < pktrt__max_abs3(n[0], n[1], n[2]);
 }
 /* Returns 1 / |n|. Components are in the order x, y, z wherever this is computed, as the sum rounds. */
-PKTRT__INLINE double pktrt__tri_normal_scale(const double n[3]) {
+PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE double pktrt__tri_normal_scale(const double n[3]) {
   return 1 / sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2]);
 }
 PKTRT__NOINLINE bool pktrt__tri_normal_seldom(double p[3][3], double n[3]) { return pktrt__tri_normal_of(p, n); }

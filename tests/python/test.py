@@ -260,7 +260,7 @@ check(not missed and len(taken) == 20, f"{len(taken)} arguments that arrays tell
 known = {call: sorted(dict(ffi.typeof("pktrt_" + desc).fields)) for call, desc in
          dict(add_mesh="mesh_desc", add_instance="instance_desc", render="render_desc").items()}
 free = dict(add_mesh={"material", "group", "mask"}, add_instance={"model", "mask", "interpolation"})
-arrays = {"positions", "normals", "texcoords", "transforms"}  # arguments by themselves
+arrays = {"positions", "normals", "texcoords", "transforms", "triangle_materials"}  # arguments by themselves
 check(all(set(known[call]) - set(described[call][1]) - arrays == free[call] for call in free),
       "no field of meshes and instances is left that could describe an array")
 pointers = {name for name, field in ffi.typeof("pktrt_render_desc").fields

@@ -15286,7 +15286,8 @@ static double pktrt__closest_on_edge(const double point[3], const double *from, 
 }
 
 /* Returns V of >>closest for a triangle, and finds the weights of the corners at the nearest point. */
-static double pktrt__closest_on_triangle(const double point[3], double corner[3][3], double weight[3]) {
+PKTRT__DIVIDES_BY_ZERO static double pktrt__closest_on_triangle(const double point[3], double corner[3][3],
+                                                                double weight[3]) {
   double ab[3], ac[3], way[3], up[3], square = 0, shear = 0, along = 0, height = 0, across = 0, sum = 0;
 
   for (int a = 0; a < 3; a++) {
@@ -15346,8 +15347,9 @@ PKTRT__NOINLINE void pktrt__closest_set_limit(const pktrt__closest_search *searc
 
 /* Sees the point of a search in the frame of an instance, or of the scene where `place` is NULL. `largest`: of the
    coordinates there. */
-PKTRT__COLD void pktrt__closest_see(const pktrt__closest_search *search, const pktrt__place *place, float largest,
-                                    pktrt__closest_view *view) {
+PKTRT__DIVIDES_BY_ZERO PKTRT__COLD void pktrt__closest_see(const pktrt__closest_search *search,
+                                                           const pktrt__place *place, float largest,
+                                                           pktrt__closest_view *view) {
   double there[3], from[3], square[3] = {1, 1, 1}, sum = 0, off = 0, least = 1;
 
   view->place = place;
@@ -16258,13 +16260,13 @@ typedef struct pktrt__environment {
   void (*radiance)(void *user, uint32_t n, const float *const direction[3],
                    float *const radiance[3]); /* in the table */
   void *user;
-  uint32_t rows;   /* and twice as many columns */
-  double *edge;    /* cosines between them, rows + 1 */
-  double *sum;     /* of rows up to each, which is included, with their solid angles */
-  float *along;    /* of each row, sums of its cells up to each, which is included */
-  double share;    /* of samples that are drawn from the table, the others by cosine; 0: all are */
-  double small[3]; /* towards a cell with a good part of all light, much brighter than those beside it, */
-  bool has_small;  /* if there is one: its source is smaller than cells, or nearly */
+  uint32_t rows;    /* and twice as many columns */
+  double *edge;     /* cosines between them, rows + 1 */
+  double *sum;      /* of rows up to each, which is included, with their solid angles */
+  float *along;     /* of each row, sums of its cells up to each, which is included */
+  double share;     /* of samples that are drawn from the table, the others by cosine; 0: all are */
+  double narrow[3]; /* towards a cell with a good part of all light, much brighter than those beside it, */
+  bool has_narrow;  /* if there is one: its source is smaller than cells, or nearly */
 } pktrt__environment;
 
 /* What is known of a light before the first ray. */
@@ -17596,13 +17598,13 @@ PKTRT__NOINLINE void pktrt__environment_sum(pktrt__environment *e, const float *
 }
 
 /* Finds a cell that holds a good part of all the light of an environment, and has none about as bright beside it. */
-PKTRT__COLD void pktrt__environment_find_small(pktrt__environment *e, const float *radiance) {
+PKTRT__COLD void pktrt__environment_find_narrow(pktrt__environment *e, const float *radiance) {
   const uint32_t columns = 2 * e->rows;
   double all = 0;
 
   for (uint32_t i = 0; i < columns * e->rows; i++)
     all += (double)radiance[i] * (e->edge[i / columns] - e->edge[i / columns + 1]);
-  e->has_small = false;
+  e->has_narrow = false;
   for (uint32_t i = 0; i < columns * e->rows; i++) {
     const uint32_t row = i / columns, column = i % columns, from = row * columns;
     const float above = row ? radiance[i - columns] : 0, below = row + 1 < e->rows ? radiance[i + columns] : 0;
@@ -17612,10 +17614,10 @@ PKTRT__COLD void pktrt__environment_find_small(pktrt__environment *e, const floa
     double high, sine, cosine;
 
     if ((double)radiance[i] * (e->edge[row] - e->edge[row + 1]) * 8 < all || beside > 0.25f * radiance[i]) continue;
-    pktrt__math_sincos_turn((row + 0.5) / columns, &high, &e->small[1]);
+    pktrt__math_sincos_turn((row + 0.5) / columns, &high, &e->narrow[1]);
     pktrt__math_sincos_turn((column + 0.5) / columns, &sine, &cosine);
-    e->small[0] = high * cosine, e->small[2] = high * sine;
-    e->has_small = radiance[i] > 0;
+    e->narrow[0] = high * cosine, e->narrow[2] = high * sine;
+    e->has_narrow = radiance[i] > 0;
   }
 }
 
@@ -17646,7 +17648,7 @@ PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *
   for (uint32_t i = 0; ok && i < 2 * e->rows; i += 64) pktrt__environment_look(e, i, radiance);
   if (ok) pktrt__environment_scale(e, radiance);
   if (ok) pktrt__environment_sum(e, radiance);
-  if (ok) pktrt__environment_find_small(e, radiance);
+  if (ok) pktrt__environment_find_narrow(e, radiance);
   pktrt__mem_release(desc, radiance, cells, sizeof *radiance);
   if (ok) return e;
   pktrt__environment_free(desc, e);
@@ -20506,12 +20508,12 @@ PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render, bool
 
 /* Warns of an environment that has most of what counts in one cell of its table, so in less than a cell. */
 PKTRT__COLD void pktrt__warn_of_environment(const pktrt_scene *s, const pktrt__environment *e) {
-  if (!e || !e->has_small) return;
+  if (!e || !e->has_narrow) return;
   pktrt__warn(
       s,
       "render: environment: towards (%.2f, %.2f, %.2f) it has a source of less than %.1f degrees, the cells of its "
       "table: elsewhere it would be lost between them; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
-      e->small[0], e->small[1], e->small[2], 180.0 / e->rows,
+      e->narrow[0], e->narrow[1], e->narrow[2], 180.0 / e->rows,
       e->rows < 512 ? ", or call pktrt_prepare_environment" : "");
 }
 

@@ -39,7 +39,7 @@ static void add_facets(facets *to, const mesh *m, float time, const double *matr
       float p[3];
       for (int a = 0; a < 3; a++) p[a] = m->keys > 1 ? ta * k0[a] + tb * k0[(size_t)m->nv * 3 + (size_t)a] : k0[a];
       for (int a = 0; a < 3; a++) {
-        const double *row = matrix + 4 * a;
+        const double *row = matrix ? matrix + 4 * a : NULL;
         f.p[c][a] = matrix ? (long double)row[0] * (long double)p[0] + (long double)row[1] * (long double)p[1] +
                                  (long double)row[2] * (long double)p[2] + (long double)row[3]
                            : (long double)p[a];

@@ -283,6 +283,13 @@ static const char *refuse(pktrt_scene *s, const pktrt_render_desc *d, const pict
   return fuzz_no_sentence(s);
 }
 
+/* Returns the samples per pixel and pass. */
+static uint32_t samples_of(const pktrt_render_desc *d) {
+  if (d->samples) return d->samples;
+  if (d->passes || d->target_error > 0 || d->time_budget > 0 || d->adaptive) return 1;
+  return d->mode == PKTRT_MODE_DRT ? 16 : 4;
+}
+
 /* A picture's settings, of a size that takes no time. */
 static void shrink(pktrt_render_desc *d) {
   const size_t gap = d->row_stride ? d->row_stride - (size_t)d->width * 3 : 0;
@@ -290,12 +297,13 @@ static void shrink(pktrt_render_desc *d) {
   if (d->row_stride) d->row_stride = (size_t)d->width * 3 + (gap < 5 ? gap : 5);
   if (d->samples > SAMPLES) d->samples = SAMPLES;
   if (d->adaptive && d->passes > PASSES) d->passes = PASSES; /* rounds grow */
-  while (d->width * d->height * (d->samples ? d->samples : 1) > PAINTED) d->height--;
+  while (d->height > 1 && d->width * d->height * samples_of(d) > PAINTED) d->height--;
+  while (d->width > 1 && d->width * d->height * samples_of(d) > PAINTED) d->width--;
   if (!d->max_depth || d->max_depth > DEPTH) d->max_depth = DEPTH;
 }
 
 static const char *bad_report(const pktrt_render_desc *d, const pktrt_report *r, uint64_t samples) {
-  const double pixels = (double)d->width * d->height, each = d->samples ? d->samples : 1;
+  const double pixels = (double)d->width * d->height, each = samples_of(d);
   if (fabs((double)samples - r->samples_mean * pixels) > 0.25) return "Samples are counted wrongly.";
   if (r->samples_min > r->samples_mean || r->samples_mean > r->samples_max || r->samples_min < each)
     return "The samples of the report are none.";

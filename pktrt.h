@@ -4485,9 +4485,10 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
     memcpy(m->texcoords + 2 * (size_t)kept++, at, sizeof at);
   }
 
-  for (uint32_t i = 0; i < (normals ? 2 : 1) * m->key_count; i++) {
-    const uint32_t k = i % m->key_count;
-    const bool bends = i >= m->key_count;
+  const uint32_t each = normals ? 2 : 1; /* key by key, positions and then normals */
+  for (uint32_t i = 0; i < each * m->key_count; i++) {
+    const uint32_t k = i / each;
+    const bool bends = i % each != 0;
     const uint64_t key_bytes = (uint64_t)(bends ? 12 : stride) * given;
     const float *all = bends ? d->normals : d->positions;
     float *to = (bends ? m->normals : m->positions) + (uint64_t)k * m->vertex_count * 3;

@@ -15374,7 +15374,6 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD void pktrt__closest_see(const pktrt__closest_
 
     double at[3];
     const double *row = place->a[a];
-
     pktrt__place_corner(place, view->at, at);
     off += fabs(at[a] - search->point[a]);
     sum += fabs(place->shift[a]);

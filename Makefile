@@ -824,20 +824,10 @@ leaveout-check:
 	$(LEAVEOUT_RUN) $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
 	@$(MAKE) --no-print-directory leaveout-everyday
 
-# What scenes pay for the everyday things of 0.19.0 that they have not, over the header just before these.
-BEFORE_EVERYDAY = b5b2cc4
-leaveout-everyday:
-	$(CLONE)
-	mkdir -p $(LEAVEOUT)/everyday
-	git show $(BEFORE_EVERYDAY):pktrt.h >$(LEAVEOUT)/everyday/pktrt.h
-	$(BUILD) $(LEAVEOUT)/full
-	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $(LEAVEOUT)/everyday/pktrt.h -o $(LEAVEOUT)/everyday/full.o
-	$(LEAVEOUT_CC) -D_GNU_SOURCE -include $(LEAVEOUT)/everyday/pktrt.h bench/leaveout.c $(LEAVEOUT)/everyday/full.o \
-	  -o $(LEAVEOUT)/everyday/full $(LDFLAGS) $(LDLIBS)
-	ALL= QUERIES= SETS= $(PIN) bench/leaveout.sh --everyday $(LEAVEOUT)
-
-# What renders under point lights alone cost over the header of commit BEFORE.
-leaveout-before:
+# Against another header: that of commit BEFORE, of what renders under point lights alone cost; that just before the everyday
+# things of 0.19.0, of what scenes pay that have none of these.
+leaveout-everyday: BEFORE = b5b2cc4
+leaveout-before leaveout-everyday:
 	$(CLONE)
 	mkdir -p $(LEAVEOUT)/before
 	git show $(BEFORE):pktrt.h >$(LEAVEOUT)/before/pktrt.h
@@ -845,7 +835,7 @@ leaveout-before:
 	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $(LEAVEOUT)/before/pktrt.h -o $(LEAVEOUT)/before/full.o
 	$(LEAVEOUT_CC) -D_GNU_SOURCE -include $(LEAVEOUT)/before/pktrt.h bench/leaveout.c $(LEAVEOUT)/before/full.o \
 	  -o $(LEAVEOUT)/before/full $(LDFLAGS) $(LDLIBS)
-	ALL= QUERIES= SETS= $(PIN) bench/leaveout.sh --before $(LEAVEOUT)
+	ALL= QUERIES= SETS= $(PIN) bench/leaveout.sh --$(@:leaveout-%=%) $(LEAVEOUT)
 
 LEAVEOUT_CC = $(CC) -O2 $(STRICT) $(LEAVEOUT_DEFINES)
 $(LEAVEOUT)/full-O0.o: pktrt.h | $(LEAVEOUT)

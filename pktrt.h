@@ -393,16 +393,16 @@
        blocks badly: expect 250 to 300 bytes.
      - While building: 91 bytes per triangle besides (of the high quality 35 more, at worst 157), and the old tree until
        the new one is done. Only a changed tree counts. A tree of the high quality holds up to a sixth more.
-     - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices, 4 with
-       materials; of vertices those that triangles name, with 4 each where there are others. The
+     - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices, 4
+       with materials; of vertices those that triangles name, with 4 each where there are others. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
-     - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform(s) on;
-       another key 150. The model once.
+     - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform(s)
+       on; another key 150. The model once.
      - Rendering: about 280 KiB for each tile at work, 80 more where one light is asked for all, and up to 100 KiB for each
        generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
-       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 64 bytes for each
-       mesh, and each material of one that has several, if one is of glass; if it counts, 8 KiB for each tile of the
-       picture; with several passes, 42 bytes for each pixel, 64 more with optional buffers.
+       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 64 bytes for
+       each mesh, and each material of one that has several, if one is of glass; if it counts, 8 KiB for each tile of
+       the picture; with several passes, 42 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 60 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
        stacks.
@@ -765,14 +765,14 @@ typedef struct pktrt_instance_desc {
   pktrt_interpolation interpolation;
 } pktrt_instance_desc;
 
-/* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. A ray is
-   rounded to floats in the instance's frame. An instance takes a mesh index for each mesh of its model, the first in a
-   row that no mesh has: hits, materials, ties and pktrt_spawn go by these. It is seen from the next commit on, as meshes
-   are. A transform that flattens space at any time, or may, is refused. *instance may be NULL.
-     With PKTRT_INTERPOLATION_RIGID there are at most 32 keys. Between two of them scale and shear mix evenly, the model's origin
-   moves along a straight line, and the rotation goes the shorter way; by 180 degrees, counter-clockwise about the axis
-   whose first component that is not 0 is positive. Mirror all keys or none. Trees above instances have 32 keys for each
-   interval. */
+/* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. A ray
+   is rounded to floats in the instance's frame. An instance takes a mesh index for each mesh of its model, the first in
+   a row that no mesh has: hits, materials, ties and pktrt_spawn go by these. It is seen from the next commit on, as
+   meshes are. A transform that flattens space at any time, or may, is refused. *instance may be NULL.
+     With PKTRT_INTERPOLATION_RIGID there are at most 32 keys. Between two of them scale and shear mix evenly, the
+   model's origin moves along a straight line, and the rotation goes the shorter way; by 180 degrees, counter-clockwise
+   about the axis whose first component that is not 0 is positive. Mirror all keys or none. Trees above instances have 32
+   keys for each interval. */
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
 /* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. The new
    key is checked beside the others as they are: to mirror an instance of several keys, or to turn one round that is not
@@ -826,8 +826,8 @@ typedef struct pktrt_mesh_info {
   bool closed;         /* each edge has as many triangles in one direction as in the other: it has an inside */
   float lo[3], hi[3];  /* bounds over all keys; lo > hi if there is no triangle */
 } pktrt_mesh_info;
-/* Corners are the same if their positions are, at all keys. Takes time by the number of triangles, and 24 bytes for each
-   meanwhile. PKTRT_INVALID_ARGUMENT: there is no such mesh; PKTRT_OUT_OF_MEMORY. Neither leaves a detail. */
+/* Corners are the same if their positions are, at all keys. Takes time by the number of triangles, and 24 bytes for
+   each meanwhile. PKTRT_INVALID_ARGUMENT: there is no such mesh; PKTRT_OUT_OF_MEMORY. Neither leaves a detail. */
 PKTRT_DEF pktrt_status pktrt_get_mesh_info(const pktrt_scene *, uint32_t mesh, pktrt_mesh_info *out);
 #endif
 
@@ -889,7 +889,8 @@ PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *
 
 #ifndef PKTRT_NO_CLOSEST
 /* The nearest point of all triangles that rays can meet; one without area at that time does not count. Of equal squared
-   distances (in doubles, see >>closest) the lower mesh has it, then the lower triangle. Inside and outside: pktrt_winding.
+   distances (in doubles, see >>closest) the lower mesh has it, then the lower triangle. Inside and outside:
+   pktrt_winding.
      The error of a distance d, with L the triangle's longest edge, is at most 2^-24 d + 2^-38 (d + L); of slivers over
    1000 times as long as high, 2^-24 (d + L). In an instance 2^-50 of the sum of coordinates and shifts comes on top. */
 typedef struct pktrt_closest {
@@ -1142,8 +1143,8 @@ typedef enum pktrt_projection { PKTRT_PROJECTION_PERSPECTIVE = 0, PKTRT_PROJECTI
 
 typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to the right, y up */
   float eye[3], target[3];
-  /* Need not be perpendicular to the view, must not be parallel. Zero: +y, or if that is parallel to the view, +z looking
-     up and -z looking down, so that x is to the right; the log says so. */
+  /* Need not be perpendicular to the view, must not be parallel. Zero: +y, or if that is parallel to the view, +z
+     looking up and -z looking down, so that x is to the right; the log says so. */
   float up[3];
   float fov_y;    /* full vertical angle in degrees, (0,180); 0: 45 */
   float time;     /* when the shutter opens, [0,1] */
@@ -1155,17 +1156,17 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
   float up_end[3]; /* zero: as up */
   pktrt_projection projection;
   float width; /* orthographic: of the picture, in units of the world, > 0; fov_y does not count there */
-  /* Lens shift, in widths to the right and heights up: moves the window of the picture within the picture plane. The view
-     does not turn, so upright lines stay parallel. Shifts that are whole pixels but for the rounding of a float count as
-     such. */
+  /* Lens shift, in widths to the right and heights up: moves the window of the picture within the picture plane. The
+     view does not turn, so upright lines stay parallel. Shifts that are whole pixels but for the rounding of a float
+     count as such. */
   float shift[2];
 } pktrt_camera;
 
-/* The direction of the ray is in general not of unit length: t is the depth along the view, from the plane through `eye`.
-   It is the renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner:
-   the middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
-   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. False, and a ray that
-   hits nothing, where pktrt_render would refuse the camera. */
+/* The direction of the ray is in general not of unit length: t is the depth along the view, from the plane through
+   `eye`. It is the renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper
+   left corner: the middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to
+   the lens; NULL: its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it.
+   False, and a ray that hits nothing, where pktrt_render would refuse the camera. */
 PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t height, double x, double y,
                                 const float lens[2], float time, pktrt_ray *ray);
 
@@ -1239,11 +1240,11 @@ PKTRT_DEF pktrt_status pktrt_remove_light(pktrt_scene *, uint32_t light);
      bottle (1.5) it is 1.33 / 1.5. Rays remember the last four glasses (two in scenes of more than 127 materials, one
      beyond 32,767); one that was forgotten is known again where a ray meets its inside.
    - Several materials in one mesh: the triangles of each count as a mesh of their own.
-   - Touching: of faces that coincide a ray meets one, that of the lower mesh or triangle, and refracts by its ior alone; both
-     glasses are entered or left there.
+   - Touching: of faces that coincide a ray meets one, that of the lower mesh or triangle, and refracts by its ior
+     alone; both glasses are entered or left there.
    - Overlapping: where none contains the other, the one entered last dims, until it is left.
-   - Around the camera (each point of its lens, or of the plane that parallel rays start on) are closed meshes that it stands in; the smaller one is the inner
-     one.
+   - Around the camera (each point of its lens, or of the plane that parallel rays start on) are closed meshes that it
+     stands in; the smaller one is the inner one.
    - Open: sheets, and bodies whose surface is shared out among meshes, as a tumbler's glass, what holds water, and the
      water's own surface (each with the ior of what it parts). A ray leaves one where it enters the next, and what it
      meets from the inside and does not know of was around it: so a sheet dims what is seen through its back. A camera
@@ -1279,12 +1280,12 @@ typedef struct pktrt_points {
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
   float *opacity; /* 1; where the texture of a cutout sets less than a half, there is nothing */
-  /* `normal`, which a texture may replace by a vector of any length. Lights, mirrors and glass use the result; a shader gets
-     it as `normal`. Nothing shines through from behind: a vector whose cosine to the normal of the triangle is below 1/64 is
-     raised to that. Zero, NaN and infinity leave `normal` as it is. */
+  /* `normal`, which a texture may replace by a vector of any length. Lights, mirrors and glass use the result; a shader
+     gets it as `normal`. Nothing shines through from behind: a vector whose cosine to the normal of the triangle is
+     below 1/64 is raised to that. Zero, NaN and infinity leave `normal` as it is. */
   float *normal_out[3];
-  /* Of the Phong lobe, as the material has it; a texture changes it, up to 1e9. If it is negative or NaN, the material's
-     exponent counts. */
+  /* Of the Phong lobe, as the material has it; a texture changes it, up to 1e9. If it is negative or NaN, the
+     material's exponent counts. */
   float *exponent;
 } pktrt_points;
 
@@ -1299,9 +1300,9 @@ typedef struct pktrt_material { /* a zeroed one is black */
   float exponent;    /* Phong lobe: >= 0 */
   float emission[3]; /* radiance of both sides, >= 0 */
   /* Changes albedo, reflectance, emission, normal, exponent; NULL: none. Colours are not checked: NaN or infinity, here
-     as from a shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. In a scene with
-     a `log` pktrt_render calls it first at a few points, to warn of what is outside [0,1] and of texcoords that are
-     missing. */
+     as from a shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. In a scene
+     with a `log` pktrt_render calls it first at a few points, to warn of what is outside [0,1] and of texcoords that
+     are missing. */
   void (*texture)(void *user, const pktrt_points *);
   /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
   void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
@@ -4385,9 +4386,9 @@ static uint32_t *pktrt__mesh_renumber(pktrt__mesh *m, uint32_t *number, uint32_t
   return to + kept;
 }
 
-/* Gives a mesh, whose indices were copied, the names that it needs: for vertices that no triangle names are left out, and
-   triangles may have materials. Where all vertices are named and tight, and there is one material, it needs none. The
-   caller says that memory is out. */
+/* Gives a mesh, whose indices were copied, the names that it needs: for vertices that no triangle names are left out,
+   and triangles may have materials. Where all vertices are named and tight, and there is one material, it needs none.
+   The caller says that memory is out. */
 PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *materials, uint32_t stride,
                                                 pktrt__mesh *m, uint32_t mesh) {
 #ifdef PKTRT_NO_RENDER
@@ -5927,6 +5928,14 @@ static bool pktrt__place_mirrors(const pktrt__place *p) {
   return along_x + along_y + along_z < 0;
 }
 
+/* Moves a corner from the frame of an instance to the scene. */
+PKTRT__INLINE void pktrt__place_corner(const pktrt__place *p, const float corner[3], double out[3]) {
+  for (int a = 0; a < 3; a++) {
+    const double *row = p->a[a];
+    out[a] = ((row[0] * (double)corner[0] + row[1] * (double)corner[1]) + row[2] * (double)corner[2]) + p->shift[a];
+  }
+}
+
 /* Return how an instance lies at a time, in *moving if it moves: its matrix, and all. */
 PKTRT__NOINLINE const pktrt__place *pktrt__place_between(const pktrt__instance *in, float time, pktrt__place *moving) {
   float ta, tb;
@@ -6189,14 +6198,15 @@ PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const u
    DEFINITION. A key's matrix A is R S: a rotation R, and the scale and shear S = R^T A, a symmetric matrix whose
    eigenvalues have the sign of det A. The place half-way between two keys has half the sum of their S, that of their
    shifts, and the sum of their rotations as quaternions, normalised; so has the place half-way to that, and so on. Five
-   halvings yield 31 places at even steps of time, in doubles that are rounded to floats. Keys stay as they are, and elements
-   move along straight lines between neighbours.
+   halvings yield 31 places at even steps of time, in doubles that are rounded to floats. Keys stay as they are, and
+   elements move along straight lines between neighbours.
      R is what X becomes in PKTRT__RIGID_NEWTON steps X <- (g X + X^-T / g) / 2, g^2 = |X^-1| / |X|, |X| the root of the
    sum of squares, from A, or from -A where det A < 0 (Higham: Computing the Polar Decomposition. SIAM J. Sci. Stat.
    Comput. 7(4), 1986).
 
    SHAPE. Neighbours are turned by 180/32 degrees at most: half-way, lengths are 1 - cos(180/64 degrees) = 1.2e-3 too
-   short. A mix of positive definite matrices is positive definite, so S is flat at no time if all keys mirror or none. */
+   short. A mix of positive definite matrices is positive definite: S is flat at no time if all keys mirror or none. Yet
+   keys whose sizes differ by 1e5 and more are refused: between neighbours of such, straight lines may be flat. */
 
 enum {
   PKTRT__RIGID_STEPS = 32,                                           /* from key to key: a power of two */
@@ -6307,9 +6317,9 @@ PKTRT__COLD void pktrt__rigid_halve(double from[PKTRT__RIGID_ROWS][4], double to
   pktrt__rigid_halve(middle, to, at, steps / 2);
 }
 
-/* Fills in the places between keys, of which each PKTRT__RIGID_STEPS-th is there, with a determinant that is not 0. Stops
-   at the first of these that is mirrored where the one before is not, or the other way round, and returns its number; else
-   0. */
+/* Fills in the places between keys, of which each PKTRT__RIGID_STEPS-th is there, with a determinant that is not 0.
+   Stops at the first of these that is mirrored where the one before is not, or the other way round, and returns its
+   number; else 0. */
 PKTRT__COLD uint32_t pktrt__rigid_fill(float *keys, uint32_t key_count) {
   double from[PKTRT__RIGID_ROWS][4], to[PKTRT__RIGID_ROWS][4], way[4];
   for (uint32_t key = 1; key <= (key_count - 1) / PKTRT__RIGID_STEPS; key++, keys += 12 * PKTRT__RIGID_STEPS) {
@@ -6542,8 +6552,8 @@ typedef struct pktrt__light_view {
   float time;
 } pktrt__light_view;
 /* Takes a point `at` of a light, for u in [0,1)^2 (NULL: its middle). Returns the irradiance of a surface that faces it,
-   for radiance or intensity 1; for lights with extent that is one over the density of the point, by solid angle. Changes
-   `color`, that of the light, where the point has another. */
+   for radiance or intensity 1; for lights with extent that is one over the density of the point, by solid angle.
+   Changes `color`, that of the light, where the point has another. */
 typedef double pktrt__light_sample(const pktrt__render_state *, uint32_t light, const float u[2],
                                    const pktrt__light_view *, double at[3], double color[3]);
 /* Finds the point `at` of a light in a direction of unit length. Returns one over the density that it is sampled with;
@@ -6762,10 +6772,10 @@ typedef struct pktrt__glass_boxes {
   float least;             /* smaller components of directions count as this much */
 } pktrt__glass_boxes;
 
-/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py), a place in pixels plus `shift`, goes
-   along corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
-   distance `focus`: its ray goes along that minus (x right + y up) / focus. The picture plane of an orthographic camera
-   is at the eye: its rays start there, at the eye plus corner + px dx + py dy, and go forward. */
+/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py), a place in pixels plus `shift`,
+   goes along corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane
+   at distance `focus`: its ray goes along that minus (x right + y up) / focus. The picture plane of an orthographic
+   camera is at the eye: its rays start there, at the eye plus corner + px dx + py dy, and go forward. */
 typedef struct pktrt__camera_plane {
   double eye[3], corner[3], dx[3], dy[3], right[3], up[3], forward[3];
   double focus;
@@ -13713,7 +13723,7 @@ PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *
                          (unsigned)(first + i / steps), (double)PKTRT_MAX_COORD);
   return PKTRT_OK;
 }
-/* Checks an instance's transforms. If it is rigid, checks the user's keys first, and fills in the places between them. */
+/* Checks an instance's transforms. If it is rigid, checks the user's keys first and fills in the places between. */
 PKTRT__COLD pktrt_status pktrt__instance_fill(pktrt_scene *s, pktrt__instance *in, float *keys, unsigned index) {
   const uint32_t steps = pktrt__instance_steps(in);
   if (steps > 1) {
@@ -15107,8 +15117,8 @@ PKTRT__NOINLINE void pktrt__texcoord_at(const pktrt_scene *s, uint32_t mesh, uin
   }
 }
 
-/* Finds the normal of a triangle in the scene, as that of a hit; false where it has no area. Its corners are those where it
-   belongs: in the frame of an instance which lies at `place`, or in the scene. */
+/* Finds the normal of a triangle in the scene, as that of a hit; false where it has no area. Its corners are those
+   where it belongs: in the frame of an instance which lies at `place`, or in the scene. */
 PKTRT__NOINLINE bool pktrt__triangle_normal(const pktrt__place *place, int side, float p[3][3], double out[3]) {
   double n[3];
   pktrt__exact_view v;
@@ -15203,8 +15213,8 @@ PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit 
 
    DEFINITION. The corners of a triangle at the query's time are those of >>exactness; in an instance A p + s
    (>>places), in doubles. pktrt__closest_on_triangle finds the squared distance V of the point to the triangle by one
-   sequence of doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= ((1 + 2^-24) max_distance)^2 that
-   have area then.
+   sequence of doubles. The closest triangle has the least (V, mesh, triangle) of those with V <= ((1 + 2^-24)
+   max_distance)^2 that have area then.
 
    ERROR. The root of V is within (2^-49 k + 2^-39) (d + L) of the distance d, and within 2^-24 (d + L) for any
    triangle; L is its longest edge, k is L over its least height. In an instance 2^-50 (|A| |p| + |s|) comes on top.
@@ -15247,14 +15257,6 @@ typedef struct pktrt__closest_view {
   float limit;        /* boxes whose squared distances are beyond it are passed by */
   uint32_t first_id, index;
 } pktrt__closest_view;
-
-/* Moves a corner from the frame of an instance to the scene. */
-PKTRT__INLINE void pktrt__place_corner(const pktrt__place *p, const float corner[3], double out[3]) {
-  for (int a = 0; a < 3; a++) {
-    const double *row = p->a[a];
-    out[a] = ((row[0] * (double)corner[0] + row[1] * (double)corner[1]) + row[2] * (double)corner[2]) + p->shift[a];
-  }
-}
 
 /* Returns the squared distance of a point to the edge between two corners; finds which part of the way from `from` to
    `to` leads to the nearest point. The lesser corner comes first in all sums. */
@@ -17616,7 +17618,8 @@ PKTRT__COLD void pktrt__environment_find_narrow(pktrt__environment *e, const flo
     if ((double)radiance[i] * (e->edge[row] - e->edge[row + 1]) * 8 < all || beside > 0.25f * radiance[i]) continue;
     pktrt__math_sincos_turn((row + 0.5) / columns, &high, &e->narrow[1]);
     pktrt__math_sincos_turn((column + 0.5) / columns, &sine, &cosine);
-    e->narrow[0] = high * cosine, e->narrow[2] = high * sine;
+    e->narrow[0] = high * cosine;
+    e->narrow[2] = high * sine;
     e->has_narrow = radiance[i] > 0;
   }
 }
@@ -18160,7 +18163,11 @@ static void pktrt__media_count_crossing(void *of, const pktrt_hit *hit, int exit
   if (!pktrt__glass_contains(g, c->origin)) return;
   while (i < c->count && c->part[i] != part) i++;
   if (i == PKTRT__CROSSED) return;
-  if (i == c->count) c->part[i] = part, c->exits[i] = 0, c->count++;
+  if (i == c->count) {
+    c->part[i] = part;
+    c->exits[i] = 0;
+    c->count++;
+  }
   c->exits[i] += exits;
 }
 
@@ -18214,7 +18221,9 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
   c.count = 0;
   if (pktrt__glass_is_beside(glass, part, before)) {
     const float d[3] = {behind[0] - before[0], behind[1] - before[1], behind[2] - before[2]};
-    c.scene = s, c.glass = glass, c.skip = part;
+    c.scene = s;
+    c.glass = glass;
+    c.skip = part;
     pktrt__media_count_crossings(&c, before, d, 1, time);
   }
   if (leaves) stack = pktrt__media_leave(s, stack, pktrt__media_entry(&glass[part]));
@@ -18351,10 +18360,12 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
     if (id - first >= n) {
       mesh = pktrt__mesh_lookup(scene, id, w->rays.place + s->first + k, hint), m = &scene->meshes[mesh];
       first = m->first_id, n = m->triangle_count;
-      material = m->material, materials = pktrt__mesh_materials(m);
+      material = m->material;
+      materials = pktrt__mesh_materials(m);
       bent = smooth && m->normals && m->indices; /* of an instance, no: it has no arrays */
     }
-    s->mesh[k] = mesh, s->triangle[k] = id - first;
+    s->mesh[k] = mesh;
+    s->triangle[k] = id - first;
     s->material[k] = materials ? materials[id - first] : material;
     if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
@@ -18674,10 +18685,12 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
   (void)pktrt__normalise(d);
   pktrt__do_surface(s, ray, hit, &x);
   p.n = 1, p.time = &ray->time, p.mesh = &hit->mesh, p.triangle = &hit->triangle, p.opacity = &opacity;
-  p.exponent = &exponent, exponent = mat->exponent;
+  p.exponent = &exponent;
+  exponent = mat->exponent;
   for (int a = 0; a < 3; a++) {
     unit[a] = (float)d[a], value[0][a] = mat->albedo[a], value[1][a] = mat->reflectance[a];
-    value[2][a] = mat->emission[a], value[3][a] = x.shading_normal[a];
+    value[2][a] = mat->emission[a];
+    value[3][a] = x.shading_normal[a];
     p.normal_out[a] = &value[3][a];
     p.position[a] = &x.position[a], p.direction[a] = &unit[a], p.normal[a] = &x.shading_normal[a];
     p.albedo[a] = &value[0][a], p.reflectance[a] = &value[1][a], p.emission[a] = &value[2][a];
@@ -19495,7 +19508,8 @@ static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w,
   const pktrt__render_state *render = tile->render;
   const bool apart = refraction && !pktrt__spawn_chooses(tile, w);
   pktrt__spawn_request g;
-  g.scene = render->scene, g.glass = render->glass_parts;
+  g.scene = render->scene;
+  g.glass = render->glass_parts;
   g.refraction = refraction, g.threshold = render->threshold;
   g.lobes = render->distribute && pktrt__render_uses(render, PKTRT_FEATURE_GLOSS);
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
@@ -20474,7 +20488,7 @@ PKTRT__COLD void pktrt__warn_of_lights(const pktrt_scene *s, const pktrt_render_
                   (unsigned)pktrt__mesh_material_at(m, 0), (unsigned)l->mesh);
   }
 }
-/* Warns that nothing lights what needs light, and names what could; where there is light, says what shines and is none. */
+/* Warns that nothing lights what needs light, and names what could; else says what shines and is no light. */
 PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render, bool dark) {
   const pktrt_scene *s = render->scene;
   const pktrt_render_desc *d = render->desc;
@@ -20539,16 +20553,15 @@ PKTRT__COLD void pktrt__warn_place_probe(const pktrt_scene *s, uint32_t mesh, ui
 
   ray.time = time;
   const pktrt__place *place = pktrt__spawn_frame(s, mesh, triangle, &ray, corner, &within, &moving);
-  for (int c = 0; c < 3; c++)
-    for (int a = 0; a < 3; a++) {
-      const float *at = corner[c];
-      p[c][a] = (double)at[a];
-      if (place)
-        p[c][a] = place->a[a][0] * (double)at[0] + place->a[a][1] * (double)at[1] + place->a[a][2] * (double)at[2] +
-                  place->shift[a];
-    }
+  for (int c = 0; c < 3; c++) {
+    for (int a = 0; a < 3; a++) p[c][a] = (double)corner[c][a];
+    if (place) pktrt__place_corner(place, corner[c], p[c]);
+  }
   (void)pktrt__tri_normal_size(p, n);
-  if (!pktrt__normalise(n)) n[0] = 0, n[1] = 0, n[2] = 1;
+  if (!pktrt__normalise(n)) {
+    n[0] = n[1] = 0;
+    n[2] = 1;
+  }
   for (int a = 0; a < 3; a++) {
     probe->position[a][i] = (float)(0.5 * p[0][a] + 0.25 * p[1][a] + 0.25 * p[2][a]);
     probe->normal[a][i] = (float)n[a];
@@ -20579,12 +20592,21 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, ui
   const float *const given[3] = {material->albedo, material->reflectance, material->emission};
   pktrt_points p;
 
-  memset(probe, 0, sizeof *probe), memset(&p, 0, sizeof p);
-  p.n = PKTRT__PROBES, p.time = probe->time, p.opacity = probe->opacity;
-  p.mesh = probe->mesh, p.triangle = probe->triangle, p.exponent = probe->changed[12];
+  memset(probe, 0, sizeof *probe);
+  memset(&p, 0, sizeof p);
+  p.n = PKTRT__PROBES;
+  p.time = probe->time;
+  p.opacity = probe->opacity;
+  p.mesh = probe->mesh;
+  p.triangle = probe->triangle;
+  p.exponent = probe->changed[12];
   for (int a = 0; a < 3; a++) {
-    p.position[a] = probe->position[a], p.direction[a] = probe->direction[a], p.normal[a] = probe->normal[a];
-    p.albedo[a] = probe->changed[a], p.reflectance[a] = probe->changed[3 + a], p.emission[a] = probe->changed[6 + a];
+    p.position[a] = probe->position[a];
+    p.direction[a] = probe->direction[a];
+    p.normal[a] = probe->normal[a];
+    p.albedo[a] = probe->changed[a];
+    p.reflectance[a] = probe->changed[3 + a];
+    p.emission[a] = probe->changed[6 + a];
     p.normal_out[a] = probe->changed[9 + a];
   }
   for (int a = 0; a < 2; a++) p.barycentric[a] = probe->barycentric[a], p.texcoord[a] = probe->texcoord[a];
@@ -21235,13 +21257,13 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
      0.19.0   What to change:
                 - Normals of hits are of unit length (their largest component was 1): a program that normalised them may
                   leave that out; one that asked for a component of 1 asks for the largest.
-                - Without `samples`, passes and other rules a picture has 4 samples a pixel in RCS and WRT and 16 in DRT:
-                  who wants one sets samples to 1.
-                - pktrt_camera, pktrt_points, pktrt_mesh_desc and pktrt_instance_desc have new fields at their ends: zero
-                  them by memset or static, as ever. A camera that looks straight down is no longer refused.
+                - Without `samples`, passes and other rules a picture has 4 samples a pixel in RCS and WRT and 16 in
+                  DRT: who wants one sets samples to 1.
+                - pktrt_camera, pktrt_points, pktrt_mesh_desc and pktrt_instance_desc have new fields at their ends:
+                  zero them by memset or static, as ever. A camera that looks straight down is no longer refused.
               New:
-                - pktrt_closest_point, pktrt_closest_point_n: the nearest point of all surfaces, for distances with a sign
-                  beside pktrt_winding. PKTRT_NO_CLOSEST leaves them out.
+                - pktrt_closest_point, pktrt_closest_point_n: the nearest point of all surfaces, for distances with a
+                  sign beside pktrt_winding. PKTRT_NO_CLOSEST leaves them out.
                 - pktrt_get_mesh_info: whether a mesh is closed, its open edges, degenerate triangles, bounds, bytes.
                 - triangle_materials of a mesh; meshes copy only the vertices that their indices name.
                 - PKTRT_INTERPOLATION_RIGID: instances turn as a whole between their keys.
@@ -21251,8 +21273,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
                   pktrt::static, which is optimised in Debug builds, too.
                 - The log hook is told of textures that look at texcoords which a mesh has not or write beyond [0,1], of
                   suns smaller than the table of their environment, and of DRT with a single sample.
-     0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what turns
-              round or is mirrored), pktrt_transform_from_4x4, pktrt_to_srgb8. The log hook is told of lights and
+     0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what
+              turns round or is mirrored), pktrt_transform_from_4x4, pktrt_to_srgb8. The log hook is told of lights and
               materials that do nothing since a field is 0, quads that face away from the scene, what could light a dark
               scene, and angles that look like radians; a scene that cannot be created says which instruction set it
               could have.

@@ -2,7 +2,7 @@
 # Puts together what bench/leaveout.c counts and measures, object sizes and times of compilation; see its head.
 #   leaveout.sh BUILD RESULTS     writes RESULTS/leaveout.csv and .md
 #   leaveout.sh --check BUILD     says what must hold, and that controls fail; exit status 1 if not
-#   leaveout.sh --everyday BUILD  says what scenes without the everyday things of 0.19.0 pay in BUILD/full over BUILD/everyday/full
+#   leaveout.sh --everyday BUILD  says what scenes without the everyday things of 0.19.0 pay in BUILD/full over BUILD/before/full
 #   leaveout.sh --before BUILD    says what renders under point lights alone cost in BUILD/full over BUILD/before/full, likewise
 # BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, PROVENANCE (a program), ALL (the name
 # with all switches of features), QUERIES (names of objects without renders; the first has one instruction set), SETS (names of
@@ -248,13 +248,13 @@ against_before() {
   run "AREA_LIGHTS render" before before/full AREA_LIGHTS without render
   run "AREA_LIGHTS render" now full AREA_LIGHTS with render
 }
-# What everyday things cost scenes without them, over the header before them, in BUILD/everyday; and with them, as controls.
+# What everyday things cost scenes without them, over the header before them, in BUILD/before; and with them, as controls.
 against_everyday() {
   local name base call
   while read -r name base; do
     for call in render intersect occluded; do
       [ "$call" = render ] || case $name in BENT | PARALLEL | MATERIALS) continue ;; esac
-      run "$name $call $base" before everyday/full "$name" without $call $base
+      run "$name $call $base" before before/full "$name" without $call $base
       run "$name $call $base" now full "$name" without $call $base
       run "$name $call $base" present full "$name" with $call $base
     done

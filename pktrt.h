@@ -220,6 +220,8 @@
      PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface, pktrt_spawn_at and pktrt_get_mesh_info
                               are not declared.
                               Define it before the file's first #include, too.
+     PKTRT_NO_POOLS           A mesh keeps each vertex that it is given, also those that no index names; all of its
+                              triangles have one material.
      PKTRT_NO_CLOSEST         pktrt_closest_point and its kin are not declared. Define it before the file's first
                               #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
@@ -237,7 +239,7 @@
      Weight. What usual builds of the implementation are, by gcc 12 at -O2 for x86-64, on one core of an AMD EPYC
      (Zen 5); for comparison, a program that uses it, of 1,100 lines beside its scenes. An older machine takes twice as
      long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
-     _REMOVAL, _SURFACES, _CLOSEST and _NORMALS.
+     _REMOVAL, _SURFACES, _POOLS, _CLOSEST and _NORMALS.
      build                      seconds      bytes of code
      whole                          9.6            480,865
      AVX2 alone                     7.5            383,994
@@ -1475,7 +1477,8 @@ typedef struct pktrt_report { /* after whole rounds of passes: one over the pict
   /* How far these can be believed. Of both, by pktrt_error_measure: pixels that carry the estimate, (sum V)^2 / sum V^2
      (0: there is no error); whether it should not be believed, for it may be off by a quarter (of the RMSE) or more, or
      fewer than 8 passes have been made and less than an eighth of the pixels carry it. Bounds that hold the true error
-     95 times of 100, if what is rare has been seen: nobody knows of light that no sample has met. */
+     95 times of 100, if what is rare has been seen: nobody knows of light that no sample has met. Where samples met more
+     than 16 times the radiance that the table of the environment has, both are unreliable. */
   double effective_pixels[2];
   bool unreliable[2];
   double rmse_low, rmse_high, relative_mse_high;
@@ -1890,7 +1893,12 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
 enum { PKTRT__FEATURE_ROWS(PKTRT__FEATURE_CONSTANT) };
 enum {
   PKTRT__SPECULAR = (int)PKTRT_FEATURE_MIRROR | (int)PKTRT_FEATURE_DIELECTRIC | (int)PKTRT_FEATURE_CONDUCTOR,
-  PKTRT__BUILT = PKTRT__FEATURE_ROWS(PKTRT__FEATURE_BIT) 0
+  PKTRT__BUILT = PKTRT__FEATURE_ROWS(PKTRT__FEATURE_BIT) 0,
+#ifdef PKTRT_NO_POOLS
+  PKTRT__POOLS = 0
+#else
+  PKTRT__POOLS = 1
+#endif
 };
 
 /* Stops compilation where a condition does not hold. */
@@ -1962,13 +1970,12 @@ enum {
   PKTRT__BLOCK_KEY_BYTES = 3 * 3 * 8 * sizeof(float)
 };
 
-/* What meshes have that leave out vertices or have a stride, or whose triangles have materials of their own. The arrays
-   stand behind it, in one block. */
+/* What meshes have that leave out vertices, or whose triangles have materials of their own. The arrays stand behind it,
+   in one block. */
 typedef struct pktrt__mesh_names {
   uint32_t *vertices;      /* that it keeps, ascending, as the caller numbers them; NULL: all */
   uint32_t *materials;     /* of each triangle, and then each that occurs, ascending; NULL: that of the mesh */
   uint32_t given_count;    /* vertices that the caller has */
-  uint32_t stride;         /* bytes from one to the next */
   uint32_t material_count; /* that occur */
   uint64_t words;          /* size of the block, in uint32_t */
 } pktrt__mesh_names;
@@ -1982,6 +1989,7 @@ typedef struct pktrt__mesh {
   uint32_t *indices;        /* triangle_count * 3, or NULL for a soup */
   pktrt__mesh_names *names; /* or NULL; an instance borrows those of its model's mesh */
   uint32_t vertex_count, triangle_count, key_count, material;
+  uint32_t stride; /* bytes from one of the caller's positions to the next */
   /* Global indices of its triangles, see pktrt__number_meshes: the first, and how many, 0 until it is committed. Then
      those that a commit plans. */
   uint32_t first_id, id_count, next_first_id, next_id_count;
@@ -1997,7 +2005,11 @@ typedef struct pktrt__mesh {
 
 /* Returns the materials of a mesh's triangles; NULL: they have that of the mesh. */
 PKTRT__INLINE const uint32_t *pktrt__mesh_materials(const pktrt__mesh *m) {
-  return m->names ? m->names->materials : NULL;
+  return PKTRT__POOLS && m->names ? m->names->materials : NULL;
+}
+/* Returns which of the caller's vertices a mesh keeps, ascending; NULL: all. */
+PKTRT__INLINE const uint32_t *pktrt__mesh_vertices(const pktrt__mesh *m) {
+  return PKTRT__POOLS && m->names ? m->names->vertices : NULL;
 }
 PKTRT__INLINE uint32_t pktrt__mesh_material(const pktrt__mesh *m, uint32_t triangle) {
   const uint32_t *materials = pktrt__mesh_materials(m);
@@ -2005,7 +2017,7 @@ PKTRT__INLINE uint32_t pktrt__mesh_material(const pktrt__mesh *m, uint32_t trian
 }
 /* Returns how many vertices the caller has. */
 PKTRT__INLINE uint32_t pktrt__mesh_given(const pktrt__mesh *m) {
-  return m->names ? m->names->given_count : m->vertex_count;
+  return PKTRT__POOLS && m->names ? m->names->given_count : m->vertex_count;
 }
 
 /* Meshes that share a tree: those of one group, number of keys and mask. */
@@ -2688,7 +2700,7 @@ static void pktrt__build_fill_chunk(void *arg, size_t chunk) {
     base += m->triangle_count;
   }
 }
-static void pktrt__build_scale_chunk(void *arg, size_t chunk) {
+PKTRT__COLD void pktrt__build_scale_chunk(void *arg, size_t chunk) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   uint32_t begin = (uint32_t)chunk * PKTRT__CHUNK;
   uint32_t end = b->count - begin < PKTRT__CHUNK ? b->count : begin + PKTRT__CHUNK;
@@ -3098,8 +3110,8 @@ static bool pktrt__build_is_seen(const pktrt__build_range *r) {
 
 /* Writes a range's binary node, after halving it if it is too large for a leaf and not split yet (left: 0); returns
    false if it is a leaf. */
-static bool pktrt__build_write_node(const pktrt__builder *b, const pktrt__build_range *r, uint32_t left,
-                                    pktrt__build_range part[2]) {
+PKTRT__COLD bool pktrt__build_write_node(const pktrt__builder *b, const pktrt__build_range *r, uint32_t left,
+                                         pktrt__build_range part[2]) {
   const double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
   if (!left && r->count > 8) left = pktrt__build_split_half(r, pktrt__build_from(b, r), part);
   pktrt__build_node *node = &b->nodes[r->slot];
@@ -3154,8 +3166,8 @@ static void pktrt__collapse_plan_node(pktrt__build_node *node, uint32_t count, c
 }
 
 /* Plans the collapse of a subtree, but of those ranges that are done, whose costs are known; returns its height. */
-static uint32_t pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[8],
-                                     const pktrt__build_range *done, uint32_t done_count) {
+PKTRT__COLD uint32_t pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[8],
+                                          const pktrt__build_range *done, uint32_t done_count) {
   pktrt__build_node *node = &nodes[slot];
   for (uint32_t i = 0; i < done_count; i++) {
     if (done[i].slot != slot) continue;
@@ -3244,7 +3256,7 @@ PKTRT__COLD uint32_t pktrt__reinsert_make_nodes(const pktrt__reinsert_tree *w, u
 }
 
 /* Finds bounds, height and costs of the parts among nodes. */
-static void pktrt__reinsert_parts_job(void *arg, size_t task) {
+PKTRT__COLD void pktrt__reinsert_parts_job(void *arg, size_t task) {
   const pktrt__reinsert_tree *w = PKTRT__CAST(pktrt__reinsert_tree *, arg);
   for (size_t i = task * PKTRT__PARTS; i < (task + 1) * PKTRT__PARTS && i < w->node_count; i++) {
     pktrt__reinsert_node *t = &w->nodes[i];
@@ -3380,7 +3392,7 @@ static bool pktrt__reinsert_nodes(pktrt__builder *b) {
 }
 
 /* Builds the whole subtree of a range. The stack holds at most one right part per level. */
-static void pktrt__build_range_tree(void *arg, size_t index) {
+PKTRT__COLD void pktrt__build_range_tree(void *arg, size_t index) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   pktrt__build_range stack[PKTRT__MAX_DEPTH + 1], part[2];
   uint32_t top = 0;
@@ -4302,7 +4314,7 @@ static pktrt_status pktrt__mesh_check_vectors(pktrt_scene *s, const pktrt__mesh_
 static pktrt_status pktrt__mesh_copy_kept(pktrt_scene *s, const pktrt__mesh *m, float *to,
                                           const pktrt__mesh_vectors *v) {
   const unsigned char *from = (const unsigned char *)(const void *)v->from;
-  const uint32_t *kept = m->names ? m->names->vertices : NULL;
+  const uint32_t *kept = pktrt__mesh_vertices(m);
   if (!kept) return v->count ? pktrt__mesh_copy_vectors(s, to, v) : PKTRT_OK;
   for (uint32_t i = 0; i < m->vertex_count; i++) memcpy(to + 3 * (size_t)i, from + (size_t)kept[i] * v->stride, 12);
   return PKTRT_OK;
@@ -4317,7 +4329,7 @@ PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__mem_release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->pending_normals, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
-  if (m->names && !m->instance) pktrt__mem_release(d, m->names, m->names->words, sizeof(uint32_t));
+  if (PKTRT__POOLS && m->names && !m->instance) pktrt__mem_release(d, m->names, m->names->words, sizeof(uint32_t));
 }
 
 /* Makes room for one more element; returns false when out of memory, and changes nothing then. */
@@ -4345,6 +4357,9 @@ PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc
   if (!PKTRT__GROUPS && (d->group || d->mask))
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u has a %s, but this build has PKTRT_NO_GROUPS", m,
                        d->group ? "group" : "mask");
+  if (!PKTRT__POOLS && d->triangle_materials)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u has triangle_materials, but this build has PKTRT_NO_POOLS",
+                       m);
   if (!PKTRT__SURFACES && d->texcoords)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u has texcoords, but this build has PKTRT_NO_SURFACES", m);
   if (d->position_stride && (d->position_stride < 12 || d->position_stride % 4))
@@ -4387,17 +4402,17 @@ static uint32_t *pktrt__mesh_renumber(pktrt__mesh *m, uint32_t *number, uint32_t
 }
 
 /* Gives a mesh, whose indices were copied, the names that it needs: for vertices that no triangle names are left out,
-   and triangles may have materials. Where all vertices are named and tight, and there is one material, it needs none.
-   The caller says that memory is out. */
-PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *materials, uint32_t stride,
-                                                pktrt__mesh *m, uint32_t mesh) {
+   and triangles may have materials. Where all vertices are named, and there is one material, it needs none. The caller
+   says that memory is out. */
+PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *materials, pktrt__mesh *m,
+                                                uint32_t mesh) {
 #ifdef PKTRT_NO_RENDER
   const uint32_t last = 0;
 #else
   const uint32_t last = materials ? s->material_count : 0;
 #endif
   const uint32_t given = m->vertex_count;
-  if (!m->indices && !materials && stride == 12 && given == (uint64_t)m->triangle_count * 3) return PKTRT_OK;
+  if (!m->indices && !materials && given == (uint64_t)m->triangle_count * 3) return PKTRT_OK;
   const uint64_t marks = (uint64_t)given + last + 1;
   uint32_t kept = 0, found = 0;
   uint32_t *number = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, marks, sizeof *number));
@@ -4418,7 +4433,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *
   for (uint32_t i = 0; i <= last; i++) found += occurs[i];
 
   const bool all = kept == given, one = !materials || found == 1;
-  if (st == PKTRT_OK && !(all && one && stride == 12)) {
+  if (st == PKTRT_OK && !(all && one)) {
     const uint64_t words = sizeof *m->names / sizeof *number + (all ? 0 : (uint64_t)kept) +
                            (one ? 0 : (uint64_t)m->triangle_count + found);
     m->names = PKTRT__CAST(pktrt__mesh_names *, pktrt__mem_alloc(&s->desc, words, sizeof *number));
@@ -4427,7 +4442,6 @@ PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *
       uint32_t *to = PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, m->names + 1));
       m->names->vertices = m->names->materials = NULL;
       m->names->given_count = given;
-      m->names->stride = stride;
       m->names->material_count = found;
       m->names->words = words;
       if (!all) to = pktrt__mesh_renumber(m, number, to);
@@ -4446,7 +4460,6 @@ PKTRT__COLD pktrt_status pktrt__mesh_find_names(pktrt_scene *s, const uint32_t *
 
 static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
   const bool normals = PKTRT__NORMALS && d->normals;
-  const uint32_t stride = d->position_stride ? d->position_stride : 12;
   bool ok = true;
   if (d->indices) {
     m->indices = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
@@ -4458,14 +4471,14 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u",
                          (unsigned)mesh, (unsigned)(i / 3), (unsigned)m->indices[i], (unsigned)d->vertex_count);
   }
-  if (ok) {
+  if (PKTRT__POOLS && ok) {
     const bool told = ((int)PKTRT__RENDER | (int)PKTRT__SURFACES) && m->triangle_count;
-    const pktrt_status st = pktrt__mesh_find_names(s, told ? d->triangle_materials : NULL, stride, m, mesh);
+    const pktrt_status st = pktrt__mesh_find_names(s, told ? d->triangle_materials : NULL, m, mesh);
     if (st == PKTRT_INVALID_ARGUMENT) return st;
     ok = st == PKTRT_OK;
   }
 
-  const uint32_t *vertices = m->names ? m->names->vertices : NULL, given = pktrt__mesh_given(m);
+  const uint32_t *vertices = pktrt__mesh_vertices(m), given = pktrt__mesh_given(m);
   const uint64_t floats = pktrt__mesh_floats(m);
   const uint64_t pairs = d->texcoords ? (uint64_t)m->vertex_count * 2 : 0;
   if (ok) m->positions = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
@@ -4490,10 +4503,10 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
   for (uint32_t i = 0; i < each * m->key_count; i++) {
     const uint32_t k = i / each;
     const bool bends = i % each != 0;
-    const uint64_t key_bytes = (uint64_t)(bends ? 12 : stride) * given;
+    const uint64_t key_bytes = (uint64_t)(bends ? 12 : m->stride) * given;
     const float *all = bends ? d->normals : d->positions;
     float *to = (bends ? m->normals : m->positions) + (uint64_t)k * m->vertex_count * 3;
-    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : stride,        bends ? FLT_MAX : PKTRT_MAX_COORD, mesh,
+    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : m->stride,     bends ? FLT_MAX : PKTRT_MAX_COORD, mesh,
                              k,    0,     bends ? "normal" : "vertex"};
     if (!v.count) continue;
     v.from = (const float *)(const void *)((const unsigned char *)(const void *)all + (size_t)(k * key_bytes));
@@ -5120,7 +5133,7 @@ PKTRT__INLINE bool pktrt__tri_normal_of(double p[3][3], double n[3]) {
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE double pktrt__tri_normal_scale(const double n[3]) {
   return 1 / sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2]);
 }
-PKTRT__NOINLINE bool pktrt__tri_normal_seldom(double p[3][3], double n[3]) { return pktrt__tri_normal_of(p, n); }
+PKTRT__COLD bool pktrt__tri_normal_seldom(double p[3][3], double n[3]) { return pktrt__tri_normal_of(p, n); }
 static bool pktrt__tri_normal(float p[3][3], double n[3]) {
   double q[3][3];
   for (int i = 0; i < 9; i++) q[i / 3][i % 3] = (double)p[i / 3][i % 3];
@@ -5175,8 +5188,8 @@ PKTRT__NOINLINE void pktrt__exact_view_corners(pktrt__exact_view *v, const float
   pktrt__exact_view_of(v, pktrt__axes[0], o, d, 1, p, step);
 }
 /* Does so where it is asked for seldom: less code. */
-PKTRT__NOINLINE void pktrt__exact_view_seldom(pktrt__exact_view *v, const pktrt__bvh *bvh, uint32_t slot, float time,
-                                              const uint32_t *axis, const float *o, const float *d) {
+PKTRT__COLD void pktrt__exact_view_seldom(pktrt__exact_view *v, const pktrt__bvh *bvh, uint32_t slot, float time,
+                                          const uint32_t *axis, const float *o, const float *d) {
   pktrt__exact_view_at(v, bvh, slot, time, axis, o, d, 1);
 }
 
@@ -7009,10 +7022,10 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults, pktrt_isa widest)
   case PKTRT__DROPS_SIGNS: return PKTRT__REFUSED "zeros lose their signs; drop -fno-signed-zeros and -ffast-math.";
   default: break;
   }
-#define PKTRT__OTHERWISE(set)                                                                                       \
-  PKTRT__REFUSED "out of memory, an instruction set that is not here (the widest that this machine and this build " \
-                 "have is " set PKTRT__MORE_SETS "), only one of the allocate and release hooks, or an enumerator " \
-                 "out of range."
+#define PKTRT__OTHERWISE(set)                                                                              \
+  PKTRT__REFUSED "out of memory, an instruction set that is not here (the widest is " set PKTRT__MORE_SETS \
+                 "), one of "                                                                              \
+                 "the hooks allocate and release alone, or an enumerator out of range."
 #ifdef PKTRT__HAS_AVX512
   if (widest == PKTRT_ISA_AVX512) return PKTRT__OTHERWISE("avx512");
 #endif
@@ -7029,7 +7042,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults, pktrt_isa widest)
 #ifdef PKTRT__HAS_SCALAR
   if (widest == PKTRT_ISA_SCALAR) return PKTRT__OTHERWISE("scalar");
 #endif
-  return PKTRT__OTHERWISE("none");
+  return PKTRT__REFUSED "this machine has no instruction set of this build" PKTRT__MORE_SETS ".";
 #undef PKTRT__OTHERWISE
 #undef PKTRT__REFUSED
 #undef PKTRT__MORE_SETS
@@ -13131,11 +13144,9 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
   case PKTRT_INVALID_ARGUMENT:
     return "An argument makes no sense; pktrt_last_error says which: correct it and call again.";
   case PKTRT_OUT_OF_MEMORY: return "An allocation failed; the last committed state stays: free memory and call again.";
-  case PKTRT_LIMIT:
-    return "A documented limit would be passed; pktrt_last_error says which: split or scale what is too large.";
-  case PKTRT_NOT_COMMITTED: return "The scene has changes that need pktrt_commit first: call it, then this again.";
-  case PKTRT_CANCELLED:
-    return "The progress hook asked to stop; the picture is not whole: render again if it is wanted.";
+  case PKTRT_LIMIT: return "A documented limit would be passed; pktrt_last_error says which: split or scale it.";
+  case PKTRT_NOT_COMMITTED: return "The scene has changes: call pktrt_commit first.";
+  case PKTRT_CANCELLED: return "The progress hook asked to stop, so the picture is not whole.";
   default: return "This is not a status of pktrt.";
   }
 }
@@ -13304,6 +13315,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *
   m.triangle_count = d->triangle_count;
   m.key_count = d->key_count ? d->key_count : 1;
   m.material = d->material;
+  m.stride = d->position_stride ? d->position_stride : 12;
   const pktrt_status st = pktrt__mesh_copy(s, d, &m, index);
   if (st != PKTRT_OK) {
     pktrt__mesh_free(&s->desc, &m);
@@ -13420,8 +13432,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_positions(pktrt_scene *s, uint32_t me
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  const pktrt__mesh_vectors v = {
-      positions, pktrt__mesh_given(m), m->names ? m->names->stride : 12, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
+  const pktrt__mesh_vectors v = {positions, pktrt__mesh_given(m), m->stride, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
   return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, &v);
 }
 
@@ -13973,7 +13984,7 @@ PKTRT__COLD uint32_t pktrt__feature_of_mesh(const pktrt_scene *s, uint32_t mesh)
 
 /* Returns the bytes of what names a mesh's vertices and materials. */
 static uint64_t pktrt__mesh_index_bytes(const pktrt__mesh *m) {
-  uint64_t words = m->names && !m->instance ? m->names->words : 0;
+  uint64_t words = PKTRT__POOLS && m->names && !m->instance ? m->names->words : 0;
   if (m->indices) words += (uint64_t)m->triangle_count * 3;
   return words * sizeof(uint32_t);
 }
@@ -16269,6 +16280,7 @@ typedef struct pktrt__environment {
   double share;     /* of samples that are drawn from the table, the others by cosine; 0: all are */
   double narrow[3]; /* towards a cell with a good part of all light, much brighter than those beside it, */
   bool has_narrow;  /* if there is one: its source is smaller than cells, or nearly */
+  float beyond;     /* a quarter of a radiance, summed over channels, 16 times that of any cell */
 } pktrt__environment;
 
 /* What is known of a light before the first ray. */
@@ -17557,13 +17569,14 @@ PKTRT__COLD void pktrt__environment_look(const pktrt__environment *e, uint32_t f
 }
 
 /* Multiplies a table of radiance by the power of two that makes its largest value 1 to 2. WHY: sums of the values are
-   floats, and how bright all of an environment is means nothing to them. */
-PKTRT__COLD void pktrt__environment_scale(const pktrt__environment *e, float *radiance) {
+   floats, and how bright all of an environment is means nothing to them. Notes what is too bright to have been seen. */
+PKTRT__COLD void pktrt__environment_scale(pktrt__environment *e, float *radiance) {
   const size_t cells = 2 * (size_t)e->rows * e->rows;
   float largest = 0;
   double factor = 1;
 
   for (size_t i = 0; i < cells; i++) largest = pktrt__maxf(radiance[i], largest);
+  e->beyond = 16 * largest;
   while (factor * (double)largest >= 2) factor *= 0.5;
   while (largest > 0 && factor * (double)largest < 1) factor *= 2;
   for (size_t i = 0; i < cells; i++) radiance[i] = (float)(factor * (double)radiance[i]);
@@ -18398,20 +18411,26 @@ static void pktrt__surface_place(const pktrt_scene *scene, const pktrt__wave *w,
   s->offset[i] = (float)x.offset;
   if (x.inside > PKTRT__EDGE_OFFSET * (double)more) s->offset[i] = pktrt__maxf(s->offset[i], more);
 }
-/* Gets the radiance of the environment in n directions. */
-static void pktrt__environment_radiance(const pktrt__render_state *render, uint32_t n, float (*d)[64],
-                                        float (*radiance)[64]) {
-  const pktrt_render_desc *desc = render->desc;
+static void pktrt__pass_note_bright(struct pktrt__pass_rounds *rounds);
+
+/* Gets the radiance of the environment in n directions. Notes what is far brighter than its table knows. */
+static void pktrt__environment_radiance(const pktrt__tile *tile, uint32_t n, float (*d)[64], float (*radiance)[64]) {
+  const pktrt_render_desc *desc = tile->render->desc;
+  const pktrt__environment *e = tile->render->environment;
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) radiance[a][i] = desc->background[a];
   if (!desc->environment) return;
   const float *const from[3] = {d[0], d[1], d[2]};
   float *const to[3] = {radiance[0], radiance[1], radiance[2]};
   desc->environment(desc->user, n, from, to);
+  for (uint32_t i = 0; e && tile->rounds && i < n; i++)
+    if (0.25f * radiance[0][i] + 0.25f * radiance[1][i] + 0.25f * radiance[2][i] > e->beyond)
+      pktrt__pass_note_bright(tile->rounds);
 }
 
 /* Gives rays that met nothing the radiance of where they go; those that end at a light that is seen have theirs. */
-static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt__wave *w, uint32_t first, uint32_t n) {
+static void pktrt__surface_shade_misses(const pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
+  const pktrt__render_state *render = tile->render;
   const bool shared = render->sky_light != PKTRT_NONE, shown = render->shown;
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
@@ -18425,7 +18444,7 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
       }
     }
     if (m < 64 && (!m || i + 1 < first + n)) continue;
-    pktrt__environment_radiance(render, m, d, radiance);
+    pktrt__environment_radiance(tile, m, d, radiance);
     for (uint32_t k = 0; k < m; k++)
       for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k] * (shared ? w->sky[lane[k]] : 1);
     m = 0;
@@ -18466,7 +18485,7 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
   bool missed = false;
   if (tile->render->shown) pktrt__surface_show_lights(tile->render, w, first, n);
   for (uint32_t i = first; i < first + n; i++) missed |= w->rays.slot[i] == PKTRT_NONE;
-  if (missed) pktrt__surface_shade_misses(tile->render, w, first, n);
+  if (missed) pktrt__surface_shade_misses(tile, w, first, n);
   scene->kernels->pack_surfaces(w, first, n, s);
   pktrt__surface_identify(scene, smooth, w, s);
   scene->kernels->find_surfaces(scene, smooth, w, s);
@@ -19111,7 +19130,7 @@ static bool pktrt__light_is_shared(const pktrt__tile *tile, uint32_t light, uint
 /* Gets what arrives at n listed surfaces from directions d of the environment, relative to a light's strength. */
 static void pktrt__light_list_sky(pktrt__tile *tile, const uint32_t *listed, uint32_t n, float (*d)[64]) {
   float radiance[3][64];
-  pktrt__environment_radiance(tile->render, n, d, radiance);
+  pktrt__environment_radiance(tile, n, d, radiance);
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) tile->light_samples.arriving[a][listed[i]] *= radiance[a][i];
 }
@@ -20169,6 +20188,7 @@ typedef struct pktrt__pass_rounds {
   pktrt_stats *stats;               /* one for each tile, or NULL */
   uint32_t columns, count;          /* of tiles */
   uint32_t done, cancelled, failed; /* shared by the workers */
+  uint32_t bright;                  /* likewise: 0 until a ray meets far more radiance than the table of the sky has */
   uint32_t late;                    /* cancelled at the last tile: counts only if another round would follow */
   float from, to;                   /* progress before and after this round, as far as it can be told */
   double clock, spent;              /* when the last round ended; passes so far, a mean over pixels */
@@ -20295,6 +20315,10 @@ static bool pktrt__pass_goes_on(pktrt__pass_rounds *t) {
   return on;
 }
 
+static void pktrt__pass_note_bright(pktrt__pass_rounds *t) {
+  if (!pktrt__atomic_load(&t->bright)) (void)pktrt__atomic_increment(&t->bright);
+}
+
 static void pktrt__pass_run_tile(void *arg, size_t i) {
   pktrt__pass_rounds *t = PKTRT__CAST(pktrt__pass_rounds *, arg);
   const pktrt_render_desc *d = t->render->desc;
@@ -20379,6 +20403,7 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
     }
     pktrt__pass_end_round(t);
     if (t->watched && t->render->passes) pktrt__pass_estimate(t->render, t->spent, r);
+    if (t->bright) r->unreliable[0] = r->unreliable[1] = true;
     r->stop = pktrt__pass_judge(t);
     if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
@@ -20731,6 +20756,16 @@ static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *rende
   return PKTRT_OK;
 }
 
+/* Says that rays met something in the environment that its table has missed: who draws from the table seldom meets it. */
+PKTRT__COLD void pktrt__pass_tell_bright(const pktrt__render_state *render, pktrt_report *report) {
+  report->unreliable[0] = report->unreliable[1] = true;
+  pktrt__warn(render->scene,
+              "render: environment: rays met more than 16 times the radiance that its table knows of, a source of less "
+              "than %.1f degrees: so it is noise; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
+              180.0 / render->environment->rows,
+              render->environment->rows < 512 ? ", or call pktrt_prepare_environment" : "");
+}
+
 static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *render, pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = render->desc;
   for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__stats_add(d->stats, &t->stats[i]);
@@ -20738,6 +20773,7 @@ static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *render,
   if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
   if (render->passes && !d->pass && (d->report || d->pixel_error || d->block_error))
     pktrt__pass_estimate(render, t->spent, &t->report);
+  if (t->bright) pktrt__pass_tell_bright(render, &t->report);
   if (d->pixel_error || d->block_error) pktrt__pass_write_errors(render);
   return PKTRT_OK;
 }

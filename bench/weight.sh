@@ -17,7 +17,7 @@ cc="${CC:-gcc} -std=c99 -O2 -w"
 avx2=-DPKTRT_NO_SSE2
 queries="$avx2 -DPKTRT_NO_RENDER"
 barest="$queries"
-for part in MOTION STATS PAPER INSTANCES GROUPS REMOVAL SURFACES CLOSEST NORMALS; do barest="$barest -DPKTRT_NO_$part"; done
+for part in MOTION STATS PAPER INSTANCES GROUPS REMOVAL SURFACES POOLS CLOSEST NORMALS; do barest="$barest -DPKTRT_NO_$part"; done
 names=(whole "AVX2 alone" "queries, AVX2" "barest queries, AVX2" "scalar" "with AVX-512")
 flags=("" "$avx2" "$queries" "$barest" "-DPKTRT_NO_SIMD" "-DPKTRT_AVX512")
 

@@ -577,6 +577,48 @@ static void shining_is_told(void) {
   }
 }
 
+/* A sun of 0.2 degrees across, `user` cells from a corner of cells of a table of 512 rows, or of 10 degrees. */
+static void sun_at_corner(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  const double off = *(const double *)user, wide = off < 0 ? 5 : 0.1;
+  const double down = (200 + fmax(off, 0)) / 512 * PI, round = (300 + fmax(off, 0)) / 1024 * 2 * PI;
+  const double to[3] = {sin(down) * cos(round), cos(down), sin(down) * sin(round)};
+  for (uint32_t i = 0; i < n; i++) {
+    double along = 0;
+    for (int a = 0; a < 3; a++) along += to[a] * (double)direction[a][i];
+    for (int a = 0; a < 3; a++) radiance[a][i] = along > cos(wide * PI / 180) ? 20000 : 0.3f;
+  }
+}
+/* What no look at the environment has found, rays may meet: then the report is unreliable, and the log says why. */
+static void lost_suns_are_told(void) {
+  for (int k = 0; k < 3; k++) {
+    told t;
+    pktrt_scene_desc sd;
+    pktrt_report report;
+    float pixels[3 * SIZE * SIZE];
+    double off = 0.5 * (k - 1); /* below 0: a wide sun; 0: lost between cells; 0.5: in the middle of one */
+    memset(&t, 0, sizeof t), memset(&sd, 0, sizeof sd);
+    sd.log = hear_all, sd.user = &t;
+    pktrt_scene *s = pktrt_scene_create(&sd);
+    const pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+    const quad ground = quad_of(vec_of(0, -1.5, 0), vec_of(0, 0, 3), vec_of(3, 0, 0));
+    const double down = 200.0 / 512 * PI, round = 300.0 / 1024 * 2 * PI;
+    const vec sun = vec_of(sin(down) * cos(round), cos(down), sin(down) * sin(round));
+    pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, SIZE, SIZE, pixels, vec_of(0, 0, 0), sun);
+    d.camera.fov_y = 4;
+    d.samples = 16, d.passes = 16;
+    d.environment = sun_at_corner, d.user = &off, d.report = &report;
+    stage_light(s, &l);
+    stage_quad(s, &ground, 0);
+    stage_commit(s);
+    stage_render(s, &d);
+    const bool lost = strstr(t.text, "rays met more than 16 times the radiance that its table knows") != NULL;
+    CHECK(lost == (k == 1), "case %d: %s", k, t.text);
+    CHECK(k != 1 || (report.unreliable[0] && report.unreliable[1]), "case %d: the report is called reliable", k);
+    CHECK(k != 0 || !report.unreliable[0], "case %d: the report is called unreliable", k);
+    pktrt_scene_destroy(s);
+  }
+}
+
 static void typical_mistakes_are_told(void) {
   told t;
   for (size_t i = 0; i < COUNT(mistakes); i++)
@@ -709,6 +751,8 @@ void suite_everyday(void) {
   run("codes for screens are the nearest, of any exposure and tone", codes_of_screens);
   run("mistakes in what is changed are named, and change nothing", mistakes_are_named);
   run("what shines and is no light is told where there is other light", shining_is_told);
+  run("a source of the sky that no table has found is told where rays meet it, and makes reports unreliable",
+      lost_suns_are_told);
   run("typical mistakes are told, each with its cause and the field, and what is right is not",
       typical_mistakes_are_told);
 }

@@ -13,7 +13,7 @@ CC=${CC:-cc} CXX=${CXX:-c++}
 . tests/attempt.sh
 warnings=(-Wall -Wextra -Wpedantic -Werror)
 small=(-O0 -DPKTRT_NO_RENDER -DPKTRT_NO_SIMD -DPKTRT_NO_MOTION -DPKTRT_NO_PAPER -DPKTRT_NO_STATS -DPKTRT_NO_INSTANCES
-  -DPKTRT_NO_GROUPS -DPKTRT_NO_REMOVAL -DPKTRT_NO_SURFACES -DPKTRT_NO_CLOSEST
+  -DPKTRT_NO_GROUPS -DPKTRT_NO_REMOVAL -DPKTRT_NO_SURFACES -DPKTRT_NO_POOLS -DPKTRT_NO_CLOSEST
   -DPKTRT_NO_FRUSTA) # where it is found does not depend on what it has
 version=$(awk '/^#define PKTRT_VERSION/ {print $3}' pktrt.h)
 

@@ -217,6 +217,10 @@ static void removed(request *r) { r->removed = true; }
 static void grouped(request *r) { r->object.group = 1; }
 static void masked(request *r) { r->object.mask = 2; }
 static void with_texcoords(request *r) { r->object.texcoords = &texcoords[0][0]; }
+static void with_materials(request *r) {
+  static const uint32_t material[OBJECT] = {0, 1, 1, 0, 0, 0, 1, 1};
+  r->object.triangle_materials = material;
+}
 static void moving_mesh(request *r) {
   r->object.key_count = 2;
 #ifndef PKTRT_NO_RENDER
@@ -476,6 +480,7 @@ int main(void) {
 #else
   printf("PKTRT_NO_REMOVAL\thidden mesh\tleft out\nPKTRT_NO_REMOVAL\tremoved mesh\tleft out\n");
 #endif
+  try_case("PKTRT_NO_POOLS", "materials of triangles", with_materials);
   try_case("PKTRT_NO_SURFACES", "texcoords", with_texcoords);
   try_surfaces("PKTRT_NO_SURFACES", "surfaces", false);
   try_surfaces("PKTRT_NO_NORMALS PKTRT_NO_SURFACES", "surfaces with normals", true);

@@ -159,7 +159,11 @@ static pktrt_status fill(pktrt_scene *s, const request *r) {
   memset(&ground, 0, sizeof ground);
   ground.positions = &ground_xyz[0][0], ground.vertex_count = GROUND_VERTICES;
   ground.indices = &ground_index[0][0], ground.triangle_count = GROUND;
-  pktrt_status status = pktrt_add_mesh(s, &ground, NULL);
+  pktrt_status status = PKTRT_OK;
+#ifndef PKTRT_NO_RENDER
+  status = add_looks(s, r);
+#endif
+  if (status == PKTRT_OK) status = pktrt_add_mesh(s, &ground, NULL);
 #ifndef PKTRT_NO_INSTANCES
   static const float aside[12] = {0.75f, 0.25f, 0, 0.5f, 0, 1, 0, 0, 0, 0, -1, 0.25f};
   const pktrt_instance_desc place = {0, 1, aside, r->mask, PKTRT_INTERPOLATION_LINEAR};
@@ -167,9 +171,6 @@ static pktrt_status fill(pktrt_scene *s, const request *r) {
   if (status == PKTRT_OK && r->placed) status = pktrt_add_instance(s, &place, NULL);
 #endif
   if (status == PKTRT_OK && !r->placed) status = pktrt_add_mesh(s, &r->object, NULL);
-#ifndef PKTRT_NO_RENDER
-  if (status == PKTRT_OK) status = add_looks(s, r);
-#endif
   if (status == PKTRT_OK) status = pktrt_commit(s);
 #ifndef PKTRT_NO_REMOVAL
   if (status == PKTRT_OK && r->hidden) status = pktrt_set_enabled(s, 0, false);

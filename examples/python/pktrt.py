@@ -674,12 +674,18 @@ class Scene:
         if status != lib.PKTRT_OK:
             raise Error(status, ffi.string(lib.pktrt_last_error(self.handle)).decode())
 
+    @staticmethod
+    def _checked(status, name):
+        """As _must, of calls that leave the scene alone, and so no detail."""
+        if status != lib.PKTRT_OK:
+            raise Error(status, f"{name}: {ffi.string(lib.pktrt_status_string(status)).decode()}")
+
     def __getattr__(self, name):
         """Offers the header's other calls on a scene: pktrt_NAME(scene, ...) is scene.NAME(...)."""
         call = getattr(lib, "pktrt_" + name, None)
         kind = call is not None and ffi.typeof(call)
         if not kind or kind.kind != "function" or name == "scene_destroy" or not kind.args or \
-                kind.args[0] not in (ffi.typeof("pktrt_scene *"), ffi.typeof("const pktrt_scene *")):
+                kind.args[0] != ffi.typeof("pktrt_scene *"):
             raise AttributeError(f"pktrt.h has no pktrt_{name} of a scene")
 
         parameters = _parameters(name)
@@ -704,6 +710,8 @@ class Scene:
             return call(self.handle, *fitting)
 
         if kind.result == ffi.typeof("pktrt_status"):
+            if re.search(rf"\bpktrt_{name}\(const ", _DECLARED):  # cffi forgets const
+                return lambda *arguments: self._checked(checked(*arguments), name)
             return lambda *arguments: self._must(checked(*arguments))
         return checked
 
@@ -833,7 +841,8 @@ class Scene:
     def mesh_info(self, mesh):
         """What a committed mesh is, as a pktrt.MESH_INFO: whether it is closed, how many edges are open, ..."""
         out = np.zeros((), MESH_INFO)
-        self._must(lib.pktrt_get_mesh_info(self.handle, _whole(mesh, "mesh"), _write(out, "pktrt_mesh_info")))
+        self._checked(lib.pktrt_get_mesh_info(self.handle, _whole(mesh, "mesh"), _write(out, "pktrt_mesh_info")),
+                   f"mesh {mesh}")
         return out
 
     def mesh_source(self, mesh):

@@ -1,33 +1,11 @@
 /* What C gets from pktrt.h of the arrays in the current directory, for tests/python/test.py, which asks the same from
    Python. Reads positions0, triangles0, positions1 (two keys), triangles1 and rays; writes an array for each call. */
 #include "../../pktrt.h"
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "arrays.h"
+
 enum { WIDTH = 48, HEIGHT = 32 };
-
-static void fail(const char *what, const char *why) {
-  fprintf(stderr, "answers: %s: %s\n", what, why);
-  exit(1);
-}
-
-static void *load(const char *name, size_t size, size_t *count) {
-  FILE *file = fopen(name, "rb");
-  if (!file || fseek(file, 0, SEEK_END)) fail(name, "cannot be read");
-  const long bytes = ftell(file);
-  void *to = malloc((size_t)bytes + 1);
-  rewind(file);
-  if (!to || fread(to, 1, (size_t)bytes, file) != (size_t)bytes) fail(name, "cannot be read to its end");
-  fclose(file);
-  *count = (size_t)bytes / size;
-  return to;
-}
-
-static void save(const char *name, const void *from, size_t bytes) {
-  FILE *file = fopen(name, "wb");
-  if (!file || fwrite(from, 1, bytes, file) != bytes || fclose(file)) fail(name, "cannot be written");
-}
 
 static void add(pktrt_scene *s, const char *positions, const char *triangles, uint32_t keys, uint32_t material) {
   pktrt_mesh_desc mesh;

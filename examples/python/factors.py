@@ -1,8 +1,8 @@
-"""View factors of four pairs of surfaces, with error bars, against their closed forms: how much of the light that a diffuse
-surface sends out reaches another one. factors.py [--quick] [OUT.png]      writes out/factors.png
+"""View factors of four pairs of surfaces, with error bars, against their closed forms: how much of the light that a
+diffuse surface sends out reaches another one. factors.py [--quick] [OUT.png]      writes out/factors.png
 
 Cells begin with # %%, for notebooks and editors that know them. The closed forms are those of textbooks on radiative
-transfer (Modest; Howell, Menguc and Siegel), where they are configurations C-11, C-14, C-41 and of a sphere and a disk."""
+transfer, as of Howell, Menguc and Siegel, "Thermal Radiation Heat Transfer"."""
 # %% What is needed
 import pathlib
 import sys
@@ -24,7 +24,8 @@ RAYS, REPLICATES = (1024, 8) if QUICK else (8192, 16)
 def sheet(corner, along, across):
     """A parallelogram, whose front is that of cross(along, across)."""
     corner, along, across = (np.array(v, float) for v in (corner, along, across))
-    return np.stack([corner, corner + along, corner + along + across, corner + across]), np.array([[0, 1, 2], [0, 2, 3]])
+    points = np.stack([corner, corner + along, corner + along + across, corner + across])
+    return points, np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def disc(radius, height, upwards, sides=2048):
@@ -40,9 +41,9 @@ def disc(radius, height, upwards, sides=2048):
 def ball(rows=200):
     """A unit sphere, between the polyhedra inside and outside."""
     columns = 2 * rows
-    theta, phi = np.meshgrid(np.pi * np.arange(rows + 1) / rows, 2 * np.pi * np.arange(columns) / columns, indexing="ij")
+    theta, phi = np.mgrid[:rows + 1, :columns] * np.pi / rows
     points = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), np.sin(theta) * np.sin(phi)], axis=-1).reshape(-1, 3)
-    row, column = (v.ravel() for v in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
+    row, column = np.mgrid[:rows, :columns].reshape(2, -1)
     a, b = row * columns + column, row * columns + (column + 1) % columns
     triangles = np.concatenate([np.stack([a, b, a + columns], 1), np.stack([b, b + columns, a + columns], 1)])
     return points * (1 + (np.pi / rows) ** 2 / 12), triangles
@@ -50,12 +51,12 @@ def ball(rows=200):
 
 # %% A view factor, by rays
 def factor(sender, receiver, first):
-    """The mean over replicates, of seeds from the first on, and its standard error. Each replicate is a scrambled set of Sobol' points in four
-    dimensions: two choose a point of the sender, two the direction, with density cos / pi."""
+    """The mean over replicates, of seeds from the first on, and its standard error. Each replicate is a scrambled set
+    of Sobol' points in four dimensions: two choose a point of the sender, two the direction, with density cos / pi."""
     scene = pktrt.Scene()
     of, to = scene.add_mesh(*sender), scene.add_mesh(*receiver)
     scene.commit()
-    corner = sender[0][sender[1]].astype("f4")
+    corner = sender[0][sender[1]]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.sqrt((normal ** 2).sum(1))
     normal /= np.where(area > 0, area, 1)[:, None]
@@ -66,7 +67,8 @@ def factor(sender, receiver, first):
         chosen = np.minimum(np.searchsorted(upto, s[:, 0], side="right"), len(area) - 1)
         begin = np.concatenate([[0], upto])[chosen]
         root = np.sqrt((s[:, 0] - begin) / np.maximum(upto[chosen] - begin, 1e-30)).clip(0, 1)
-        rays = scene.spawn_at(of, chosen, root * (1 - s[:, 1]), root * s[:, 1], pktrt.map_cosine(s[:, 2:], normal[chosen]))
+        directions = pktrt.map_cosine(s[:, 2:], normal[chosen])
+        rays = scene.spawn_at(of, chosen, root * (1 - s[:, 1]), root * s[:, 1], directions)
         estimates.append((scene.intersect(rays)["mesh"] == to).mean())
     return np.mean(estimates), np.std(estimates, ddof=1) / np.sqrt(REPLICATES)
 
@@ -87,7 +89,8 @@ def corner(height):
     s = w2 + h2
     logs = np.log((1 + w2) * (1 + h2) / (1 + s)) + w2 * np.log(w2 * (1 + s) / ((1 + w2) * s)) + \
         h2 * np.log(h2 * (1 + s) / ((1 + h2) * s))
-    return (w * np.arctan(1 / w) + h * np.arctan(1 / h) - np.sqrt(s) * np.arctan(1 / np.sqrt(s)) + logs / 4) / (np.pi * w)
+    arcs = w * np.arctan(1 / w) + h * np.arctan(1 / h) - np.sqrt(s) * np.arctan(1 / np.sqrt(s))
+    return (arcs + logs / 4) / (np.pi * w)
 
 
 def discs(distance):
@@ -110,8 +113,8 @@ pairs = (
         floor, sheet([0, 0, 0], [0, h, 0], [0, 0, 1]))),
     ("disc of radius 1 to a coaxial one of 1/2", "distance", discs, np.linspace(0.1, 2, 11), lambda d: (
         disc(1, 0, True), disc(0.5, d, False))),
-    ("unit sphere to a disc of radius 1", "distance from the sphere's centre", over, np.linspace(1.05, 3, 11), lambda d: (
-        ball(60 if QUICK else 200), disc(1, -d, True))))
+    ("unit sphere to a disc of radius 1", "distance from the sphere's centre", over, np.linspace(1.05, 3, 11),
+     lambda d: (ball(60 if QUICK else 200), disc(1, -d, True))))
 
 # %% Plots: above the factors, below how far they are off, with bars of two standard errors
 figure = plt.figure(figsize=(11, 9))

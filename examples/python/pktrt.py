@@ -9,8 +9,8 @@
 Names are those of the header without pktrt_: any call on a scene is a method, scene.refit() and scene.set_enabled(3,
 False) as well as those below, and constants are pktrt.MODE_WRT, pktrt.NONE and so on. pktrt.lib and pktrt.ffi have
 everything as C has it, scene.handle is the pktrt_scene. What fails raises pktrt.Error with the library's sentence.
-What the library wonders about goes to the logger "pktrt". Arguments that do not fit raise TypeError or ValueError, which
-name the argument.
+What the library wonders about goes to the logger "pktrt". Arguments that do not fit raise TypeError or ValueError,
+which name the argument.
 
 Memory. Counts, strides and key counts are taken from arrays, and refused as arguments; so are pointers, where a method
 here takes arrays. Calls that have no method here take pointers as C does: what pktrt.ffi.new makes, never a list, whose
@@ -89,7 +89,7 @@ extern void pktrt_parallel_for(void *user, size_t n, void (*body)(void *arg, siz
   while (count) pthread_join(thread[--count], NULL);
 }
 
-/* The two texels around a place in [0,1] along an axis, and their weights. The middle of texel i is (i + 0.5) / size. */
+/* The two texels around a place along an axis, and their weights. The middle of texel i is at (i + 0.5) / size. */
 static void along(double place, uint32_t size, bool clamp, size_t at[2], float weight[2]) {
   place = clamp ? (place < 1 ? place : 1) : place - floor(place);
   if (!(place >= 0 && place <= 1)) place = 0;
@@ -220,7 +220,8 @@ def _declarations(compile_with, header):
             pathlib.Path(empty, name).touch()
         text = _run(*compile_with, "-E", "-dD", "-P", "-D__attribute__(x)=", "-I" + empty, "-x", "c", header)
     number = re.compile(r"#define PKTRT_[A-Z]\w* (0[xX])?[0-9A-Fa-f]+[uU]?\s*$")
-    return "\n".join(line for line in text.splitlines() if not line.startswith("#") or number.match(line)) + _TYPES + _CALLS
+    kept = [line for line in text.splitlines() if not line.startswith("#") or number.match(line)]
+    return "\n".join(kept) + _TYPES + _CALLS
 
 
 def _library(compile_with, header, folder, declarations):
@@ -453,7 +454,7 @@ def rays(origins, directions, tmin=0, tmax=np.inf, time=0):
         shape = np.broadcast_shapes(*shapes, *(end.shape for end in ends))
     except ValueError:
         shapes = ", ".join(map(str, [*shapes, *(end.shape for end in ends)]))
-        raise ValueError(f"origins, directions, tmin, tmax, time: there are {shapes}, which numpy cannot match") from None
+        raise ValueError(f"origins, directions, tmin, tmax, time: their shapes do not match: {shapes}") from None
     made = np.empty(shape, RAY)
     made["origin"], made["direction"], made["tmin"], made["tmax"], made["time"] = origins, directions, *ends
     return made
@@ -474,7 +475,8 @@ def camera_ray(width, height, camera=None, x=None, y=None, lens=None, time=0):
     try:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
-        raise ValueError(f"x, y, time, lens: there are {', '.join(map(str, shapes))}, which numpy cannot match") from None
+        shapes = ", ".join(map(str, shapes))
+        raise ValueError(f"x, y, time, lens: their shapes do not match: {shapes}") from None
     x, y, time = _spread(x, "f8", shape, "x"), _spread(y, "f8", shape, "y"), _spread(time, "f4", shape, "time")
     lens = None if lens is None else _spread(lens, "f4", shape + (2,), "lens")
     out = np.empty(shape, RAY)
@@ -601,11 +603,13 @@ def _with_images(fields, call):
     for slot, values in given.items():
         if slot not in _SLOTS:
             raise TypeError(f"{call}: texture: there is no {slot}, but these: {', '.join(_SLOTS)}")
-        images[slot] = _image(values, _SLOTS[slot], f"texture: {slot}" if isinstance(texture, dict) else "texture")
-        if slot in ("opacity", "exponent") and images[slot].values.shape[2:] == (3,):
-            raise ValueError(f"{call}: texture: {slot}: the shape is {images[slot].values.shape}, not (height, width)")
-        if slot == "normal" and images[slot].values.shape[2:] != (3,):
-            raise ValueError(f"{call}: texture: normal: the shape is {images[slot].values.shape}, not (height, width, 3)")
+        name = f"{call}: texture" + (f": {slot}" if isinstance(texture, dict) else "")
+        images[slot] = _image(values, _SLOTS[slot], name)
+        shape = images[slot].values.shape
+        if slot in ("opacity", "exponent") and shape[2:] == (3,):
+            raise ValueError(f"{name}: the shape is {shape}, not (height, width)")
+        if slot == "normal" and shape[2:] != (3,):
+            raise ValueError(f"{name}: the shape is {shape}, not (height, width, 3)")
     pointers = _new("pktrt_images", {slot: image.pointer for slot, image in images.items()}, call)
     fields = {**{slot: [1, 1, 1] for slot in ("albedo", "reflectance", "emission") if slot in images}, **fields}
     if "opacity" in images:
@@ -817,9 +821,9 @@ class Scene:
         self._must(lib.pktrt_set_light(self.handle, _whole(light, "light"), desc))
 
     def add_material(self, **fields):
-        """Adds a material, and keeps its hooks and images, if any. texture: a hook; or an image, as array or Image, that
-        the albedo is multiplied by; or a dict of images: albedo, reflectance, emission (factors; where the material has
-        none, 1), opacity (of a cutout), exponent, normal (in the axes of the scene). Returns its index."""
+        """Adds a material, and keeps its hooks and images, if any. texture: a hook; or an image, as array or Image,
+        that the albedo is multiplied by; or a dict of images: albedo, reflectance, emission (factors; 1 where the
+        material has none), opacity (of a cutout), exponent, normal (in the axes of the scene). Returns its index."""
         fields = _with_images(fields, "add_material")
         material = self._add(lib.pktrt_add_material, "pktrt_material", fields, "add_material")
         self._looks[material] = fields
@@ -906,8 +910,8 @@ class Scene:
         return out
 
     def intersect_all(self, rays, capacity, out=None):
-        """The nearest `capacity` crossings of each ray, (..., capacity), and how many there are, which may be more. Where
-        there are less, the rest are misses."""
+        """The nearest `capacity` crossings of each ray, (..., capacity), and how many there are, which may be more.
+        Where there are less, the rest are misses."""
         rays = _structs(rays, RAY, "rays")
         capacity = _whole(capacity, "capacity")
         out = _output(out, HIT, rays.shape + (capacity,))
@@ -929,7 +933,8 @@ class Scene:
         queries["time"] = _spread(time, "f4", shape, "time")
         queries["mask"] = _spread(mask, "u4", shape, "mask")
         out = _output(out, CLOSEST, shape)
-        lib.pktrt_closest_point_n(self.handle, _read(queries, "pktrt_point_query"), _write(out, "pktrt_closest"), out.size)
+        lib.pktrt_closest_point_n(self.handle, _read(queries, "pktrt_point_query"), _write(out, "pktrt_closest"),
+                                  out.size)
         return out
 
     def spawn(self, rays, hits, directions, out=None):
@@ -971,8 +976,8 @@ class Scene:
         points = _values(points, np.dtype("f4"), shape + (3,), "points")
         times = _spread(time, "f4", shape, "time")
         out = np.empty(shape, "i4")
-        lib.pktrt_winding_n(self.handle, _whole(mesh, "mesh"), _read(points, "float"), _read(times, "float"), _write(out, "int"),
-                            out.size)
+        lib.pktrt_winding_n(self.handle, _whole(mesh, "mesh"), _read(points, "float"), _read(times, "float"),
+                            _write(out, "int"), out.size)
         return out
 
     def _surrounded(self, fields, call):

@@ -1,4 +1,4 @@
-"""Compiles the library that pktrt.py loads, by pktrt.py itself, with CC and CFLAGS of the environment; see pyproject.toml."""
+"""Compiles the library that pktrt.py loads, by pktrt.py itself, with CC and CFLAGS of the environment."""
 import os
 import pathlib
 import re

@@ -37,10 +37,8 @@ static picture read_picture(const char *name, long wide, size_t channels, coding
     if (!made.texel[c]) fail(name, "there is no memory");
     for (size_t i = 0; i < count / channels; i++) {
       const size_t from = i * channels + (channels == 3 ? c : 0);
-      if (as == FLOATS)
-        memcpy(&made.texel[c][i], bytes + 4 * from, sizeof(float));
-      else
-        made.texel[c][i] = decoded(bytes[from], as);
+      if (as == FLOATS) memcpy(&made.texel[c][i], bytes + 4 * from, sizeof(float));
+      else made.texel[c][i] = decoded(bytes[from], as);
     }
   }
   free(bytes);
@@ -123,9 +121,7 @@ static void must(pktrt_scene *s, pktrt_status status) {
   if (status) fail("the scene", pktrt_last_error(s));
 }
 
-static void set3(float to[3], float x, float y, float z) {
-  to[0] = x, to[1] = y, to[2] = z;
-}
+static void set3(float to[3], float x, float y, float z) { to[0] = x, to[1] = y, to[2] = z; }
 
 static void add_looks(pktrt_scene *s) {
   pktrt_material look[4];
@@ -276,9 +272,8 @@ static void save_queries(pktrt_scene *s) {
   pktrt_stats *stats = (pktrt_stats *)calloc(1, sizeof *stats);
   pktrt_query_desc desc;
   pktrt_mesh_info info[2];
-  if (!all || !hit || !counts || !blocked || !directions || !left || !query || !closest || !stats || !times || !points ||
-      !winding)
-    fail("memory", "there is none");
+  if (!all || !hit || !counts || !blocked || !directions || !left) fail("memory", "there is none");
+  if (!query || !closest || !stats || !times || !points || !winding) fail("memory", "there is none");
   for (size_t i = 0; i < n; i++) {
     for (size_t k = 0; k < CAPACITY; k++) {
       all[i * CAPACITY + k].t = ray[i].tmax;

@@ -281,10 +281,11 @@ check(same(pktrt.map_disk(pairs).ravel(), from_c("disk", "f4")) and
       "and so are disks, spheres and hemispheres made of them")
 check(not same(pktrt.map_cosine(pairs, [0, 0, 1]).ravel(), from_c("cosine", "f4")), "control: another hemisphere")
 
-parallel = dict(mode=pktrt.MODE_DRT, samples=2, passes=3,
-                camera=dict(eye=[1, 3, 6], projection=pktrt.PROJECTION_ORTHOGRAPHIC, width=9, shutter=1, shift=[0.1, 0]))
+camera = dict(eye=[1, 3, 6], projection=pktrt.PROJECTION_ORTHOGRAPHIC, width=9, shutter=1, shift=[0.1, 0])
+parallel = dict(mode=pktrt.MODE_DRT, samples=2, passes=3, camera=camera)
 stage.prepare_environment(sky)
-pixels, error, blocks, told = stage.render(48, 32, ("pixel_error", "block_error", "report"), environment=sky, **parallel)
+maps = ("pixel_error", "block_error", "report")
+pixels, error, blocks, told = stage.render(48, 32, maps, environment=sky, **parallel)
 check(same(pixels.ravel(), from_c("stage", "f4")), "a picture with images has the bits that C's has")
 check(same(error.ravel(), from_c("pixel_error", "f4")) and same(blocks.ravel(), from_c("block_error", "f4")),
       "and so have maps of its error")
@@ -313,8 +314,9 @@ check(stage.render(48, 32, out=canvas, environment=sky, **parallel) is canvas an
       same(canvas.ravel(), from_c("repainted", "f4")), "a picture is written where one says")
 
 live = np.full((2, 2, 3), 0.25, "f4")
-window, soup = pktrt.Scene(1), dict(positions=[[-9, -9, -1], [9, -9, -1], [0, 9, -1]], texcoords=[[0, 0], [1, 0], [0, 1]])
-window.add_mesh(**soup, material=window.add_material(texture=dict(emission=live)))
+window = pktrt.Scene(1)
+wall = dict(positions=[[-9, -9, -1], [9, -9, -1], [0, 9, -1]], texcoords=[[0, 0], [1, 0], [0, 1]])
+window.add_mesh(**wall, material=window.add_material(texture=dict(emission=live)))
 window.commit()
 lit = window.render(2, 2, camera=dict(target=[0, 0, -1]))
 live[...] = 0.5
@@ -325,7 +327,7 @@ window = pktrt.Scene(1)
 for way, column in (([0, 0, -1], 2), ([1, 0, 0], 3), ([-1, 0, 0], 1)):
     seen = window.render(1, 1, environment=edges, camera=dict(target=way, fov_y=0.1), samples=1)[0, 0]
     want = (edges[0, column - 1] + edges[0, column]) / 2
-    check(np.allclose(seen, want, atol=1e-2), f"an environment has at {way} what is between its columns {column - 1} and {column}")
+    check(np.allclose(seen, want, atol=1e-2), f"an environment has at {way} its columns {column - 1} and {column}")
 top = np.arange(1, 4, dtype="f4")[:, None] * np.ones((1, 4), "f4")
 seen = [window.render(1, 1, environment=top, camera=dict(target=way, up=[1, 0, 0], fov_y=0.1), samples=1)[0, 0, 0]
         for way in ([0, 1, 0], [0, 0, 1], [0, -1, 0])]
@@ -488,11 +490,14 @@ wrong = (
     ("texcoords", lambda: room.add_mesh(three, texcoords=three)),
     ("triangle_materials", lambda: room.add_mesh(three, triangle_materials=[0, 0])),
     ("material", lambda: room.add_mesh(three, material="red")), ("group", lambda: room.add_mesh(three, group=-1)),
-    ("meshes", lambda: room.add_model(three)), ("material", lambda: room.add_model(dict(positions=three, material=0.5))),
+    ("meshes", lambda: room.add_model(three)),
+    ("material", lambda: room.add_model(dict(positions=three, material=0.5))),
     ("model", lambda: room.add_instance("first")), ("transforms", lambda: room.add_instance(model, np.eye(4))),
     ("interpolation", lambda: room.add_instance(model, interpolation="rigid")),
-    ("transform", lambda: room.set_transform(placed, np.eye(4))), ("key", lambda: room.set_transform(placed, matrix, 0.5)),
-    ("instance", lambda: room.set_transform(1.5, matrix)), ("instance", lambda: room.set_transforms(7, [matrix, matrix])),
+    ("transform", lambda: room.set_transform(placed, np.eye(4))),
+    ("key", lambda: room.set_transform(placed, matrix, 0.5)),
+    ("instance", lambda: room.set_transform(1.5, matrix)),
+    ("instance", lambda: room.set_transforms(7, [matrix, matrix])),
     ("transforms", lambda: room.set_transforms(placed, matrix)), ("mesh", lambda: room.set_positions(99, three)),
     ("positions", lambda: room.set_positions(sheet, three[1:])),
     ("normals", lambda: room.set_normals(sheet, "up")),
@@ -512,14 +517,17 @@ wrong = (
     ("user", lambda: room.add_material(texture=grass, user=ffi.NULL)),
     ("wrap", lambda: pktrt.Image(grass, wrap="mirror")), ("coding", lambda: pktrt.Image(grass, coding="gamma")),
     ("environment", lambda: room.render(2, 2, environment=grass[0, 0])),
-    ("environment", lambda: room.prepare_environment("sky")), ("user", lambda: room.render(2, 2, environment=grass, user=1)),
+    ("environment", lambda: room.prepare_environment("sky")),
+    ("user", lambda: room.render(2, 2, environment=grass, user=1)),
     ("width", lambda: room.render(2.5, 2)), ("height", lambda: room.render(2, "2")),
     ("out", lambda: room.render(2, 2, out=[0])), ("out", lambda: room.render(2, 2, out=np.zeros((2, 2, 3)))),
-    ("report", lambda: room.render(2, 2, ("report",), report=ffi.NULL)), ("samples", lambda: room.render(2, 2, samples=1.5)),
+    ("report", lambda: room.render(2, 2, ("report",), report=ffi.NULL)),
+    ("samples", lambda: room.render(2, 2, samples=1.5)),
     ("camera: eye", lambda: room.render(2, 2, camera=dict(eye=[0, 0]))),
     ("camera: fov_y", lambda: room.render(2, 2, camera=dict(fov_y="wide"))),
     ("background", lambda: room.render(2, 2, background=1)), ("origins", lambda: pktrt.rays([0, 0], [0, 0, 1])),
-    ("directions", lambda: pktrt.rays([0, 0, 0], 1)), ("directions", lambda: pktrt.rays(np.zeros((2, 3)), np.ones((3, 3)))),
+    ("directions", lambda: pktrt.rays([0, 0, 0], 1)),
+    ("directions", lambda: pktrt.rays(np.zeros((2, 3)), np.ones((3, 3)))),
     ("tmax", lambda: pktrt.rays([0, 0, 0], [0, 0, 1], tmax="far")), ("rays", lambda: room.intersect(spot)),
     ("mask", lambda: room.intersect(ray, mask=-1)), ("stats", lambda: room.occluded(ray, stats=3)),
     ("no field masks", lambda: room.intersect(ray, masks=1)), ("capacity", lambda: room.intersect_all(ray, 1.5)),
@@ -546,10 +554,12 @@ for words, call in (("fov_y", lambda: pktrt.camera_ray(4, 4, dict(fov_y=200))),
                     ("light", lambda: room.set_light(77, kind=pktrt.LIGHT_POINT)),
                     ("material", lambda: room.set_material(0, albedo=[1, 1, 1])),
                     ("mesh 1234", lambda: room.mesh_info(1234)),
-                    ("render_tile", lambda: room.render_tile(ffi.new("pktrt_render_desc *"), 0, 0, 1, 1)), ("model", lambda: room.remove_model(model))):
+                    ("render_tile", lambda: room.render_tile(ffi.new("pktrt_render_desc *"), 0, 0, 1, 1)),
+                    ("model", lambda: room.remove_model(model))):
     kind, said = outcome(call)
     check(kind == "Error" and words in said, f"raised: {said}")
-check(outcome(lambda: room.intersect(ray))[0] == "none" and outcome(lambda: room.render(2, 2, camera=dict(eye=[0, 0, 5])))[0] == "none",
+check(outcome(lambda: room.intersect(ray))[0] == "none" and
+      outcome(lambda: room.render(2, 2, camera=dict(eye=[0, 0, 5])))[0] == "none",
       "control: what fits is taken, and nothing is lost")
 
 # --- callbacks ---
@@ -690,8 +700,8 @@ check(hill != first and len(set(hill)) > 50, "and another one of a .tri file")
 
 if importlib.util.find_spec("matplotlib"):
     plots = folder / "factors.png"
-    said = subprocess.run([sys.executable, "-B", ROOT / "examples" / "python" / "factors.py", "--quick", plots], check=True,
-                          capture_output=True, text=True).stdout
+    factors = [sys.executable, "-B", ROOT / "examples" / "python" / "factors.py", "--quick", plots]
+    said = subprocess.run(factors, check=True, capture_output=True, text=True).stdout
     furthest = [float(line.split()[-6]) for line in said.splitlines() if line.endswith("standard errors off at most")]
     check(len(furthest) == 4 and max(furthest) < 5 and plots.read_bytes()[:4] == b"\x89PNG",
           f"factors.py: view factors are the closed forms', within {furthest} standard errors")

@@ -240,7 +240,8 @@ def _library(compile_with, header, folder, declarations):
                               "extern const char pktrt_declarations[];\n"
                               f"const char pktrt_declarations[] = {{{text}}};\n")
             named = f'-DPKTRT_HEADER_FILENAME="{header}"'
-            _run(*compile_with, "-shared", "-fPIC", named, str(source), "-o", str(made), "-lm", "-lpthread")
+            flags = ["-shared", "-fPIC", "-ffp-contract=off", named]  # no fused products where images are looked up
+            _run(*compile_with, *flags, str(source), "-o", str(made), "-lm", "-lpthread")
             os.replace(made, path)
     return str(path)
 

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 arguments = [a for a in sys.argv[1:] if a != "--quick"]
 OUT = pathlib.Path(arguments[0] if arguments else pathlib.Path(__file__).resolve().parents[2] / "out" / "factors.png")
 QUICK = "--quick" in sys.argv
-RAYS, REPLICATES = (1024, 8) if QUICK else (8192, 16)
+RAYS, REPLICATES = 1024 if QUICK else 4096, 32
 
 
 # %% Surfaces, as points and triangles whose front sends out light

@@ -87,7 +87,7 @@ help:
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-mesh-file  mesh files that assimp reads: edges, hostile sizes, with AddressSanitizer as well"
-	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies, the same sentences"
+	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies; by pip, offline"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
@@ -417,7 +417,7 @@ $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
 PYTHON = $(firstword $(foreach python,python3 /usr/bin/python3,$(shell $(python) -c 'import cffi, numpy' 2>/dev/null && echo $(python))))
 PYTHON_RUN = CC="$(CC)" CFLAGS="$(CFLAGS) $(ALL_SETS)" PKTRT_CACHE=$(B)/python $(PYTHON) tests/python/test.py $(B)
 test-python:
-	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/scene.so && $(PYTHON_RUN); \
+	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/notebook $(B)/python/scene.so && $(PYTHON_RUN); \
 	  else echo "test-python: there is no python3 with cffi and numpy (make deps-extra), nothing is compared"; fi
 
 # The checksum of one picture, for .ci/checksums: PICTURE="poolhall wrt 64 48".
@@ -425,7 +425,7 @@ python-picture:
 	@if [ -n "$(PYTHON)" ]; then $(MAKE) -s $(B)/python/scene.so && $(PYTHON_RUN) --picture $(PICTURE); \
 	  else echo "python-picture: there is no python3 with cffi and numpy (make deps-extra)" >&2; fi
 
-$(B)/python/answers: tests/python/answers.c $(B)/all/pktrt.o | $(B)/python
+$(B)/python/answers $(B)/python/notebook: $(B)/python/%: tests/python/%.c tests/python/arrays.h $(B)/all/pktrt.o | $(B)/python
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(B)/python/scene.so: tests/python/scene.c $(EXAMPLE_HEADERS) pktrt.h | $(B)/python
@@ -902,7 +902,7 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs \
-  python3-cffi python3-numpy libopenmpi-dev openmpi-bin
+  python3-cffi python3-numpy python3-matplotlib python3-pip python3-setuptools python3-wheel libopenmpi-dev openmpi-bin
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

@@ -124,7 +124,7 @@ for place, (name, axis, closed, values, surfaces) in zip(outer, pairs):
     off = found[:, 0] - closed(values)
     errors = np.maximum(found[:, 1], 0.1 / (RAYS * REPLICATES))
     fine = np.linspace(values[0], values[-1], 300)
-    inner = place.subgridspec(2, 1, height_ratios=(2.2, 1), hspace=0.06)
+    inner = place.subgridspec(2, 1, height_ratios=(2.2, 1), hspace=0.12)
     above = figure.add_subplot(inner[0])
     below = figure.add_subplot(inner[1], sharex=above)
     above.plot(fine, closed(fine), color="0.6", label="closed form")

@@ -55,7 +55,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures example-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -131,7 +131,7 @@ help:
 	@echo "dist        packs build/pktrt-VERSION.tar.gz, the same bytes for everyone who packs this commit"
 	@echo "test-dist   its bytes and what is in it; FULL=1: in a quarter of an hour, its own make deps demo test, too"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
-	@echo "readme-pictures  makes the small pictures of the README anew"
+	@echo "readme-pictures  makes the pictures of the README anew        example-pictures  the small ones of examples/README.md"
 
 # --- examples ---
 
@@ -275,6 +275,29 @@ readme-pictures: effects
 	done; done
 	@$(PICTURE); picture --scene rtrt --mode drt --spp 256 --size 1024x640 $(LOOK) -o .pictures/rtrt-large.png
 	cp out/effects-*.png .pictures/
+	@$(MAKE) --no-print-directory example-pictures
+
+# The small ones of examples/README.md, 256 pixels wide. Those of render are made of the README's.
+GALLERY = .pictures/examples
+SMALL = small() { $(B)/shrink "$$1" $(GALLERY)/$$2.png 256; }
+example-pictures: effects | out
+	$(BUILD) $(B)/shrink $(addprefix $(B)/,hello pick cornell deform instances changes lightmap distance)
+	mkdir -p $(GALLERY)
+	@set -e; for program in pick cornell instances changes lightmap distance; do $(B)/$$program; done >out/examples.txt
+	$(B)/hello out/hello.png
+	$(B)/deform --frames 4 --size 768x480
+	@set -e; $(SMALL); for name in hello cornell instances lightmap distance; do small out/$$name.png $$name; done; \
+	  small out/pick-before.png pick; small out/deform-001.png deform; small out/changes-2.png changes; \
+	  small out/effects-gloss.png effects; small .pictures/poolhall-drt.png poolhall; \
+	  small .pictures/conference-drt.png conference; small .pictures/rtrt-large.png rtrt
+	@set -e; $(SMALL); if [ -n "$(PYTHON)" ] && $(PYTHON) -c 'import matplotlib'; then export PKTRT_CACHE=$(B)/python; \
+	  $(PYTHON) -B examples/python/ao.py >out/ao.pgm; small out/ao.pgm ao; \
+	  $(PYTHON) -B examples/python/factors.py out/factors.png; small out/factors.png factors; \
+	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
+	@most=1000000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
+
+$(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # --- the course ---
 

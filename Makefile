@@ -55,7 +55,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures example-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -87,7 +87,7 @@ help:
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-mesh-file  mesh files that assimp reads: edges, hostile sizes, with AddressSanitizer as well"
-	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies, the same sentences"
+	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies; by pip, offline"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
@@ -131,7 +131,7 @@ help:
 	@echo "dist        packs build/pktrt-VERSION.tar.gz, the same bytes for everyone who packs this commit"
 	@echo "test-dist   its bytes and what is in it; FULL=1: in a quarter of an hour, its own make deps demo test, too"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
-	@echo "readme-pictures  makes the small pictures of the README anew"
+	@echo "readme-pictures  makes the pictures of the README anew        example-pictures  the small ones of examples/README.md"
 
 # --- examples ---
 
@@ -275,6 +275,29 @@ readme-pictures: effects
 	done; done
 	@$(PICTURE); picture --scene rtrt --mode drt --spp 256 --size 1024x640 $(LOOK) -o .pictures/rtrt-large.png
 	cp out/effects-*.png .pictures/
+	@$(MAKE) --no-print-directory example-pictures
+
+# The small ones of examples/README.md, 256 pixels wide. Those of render are made of the README's.
+GALLERY = .pictures/examples
+SMALL = small() { $(B)/shrink "$$1" $(GALLERY)/$$2.png 256; }
+example-pictures: effects | out
+	$(BUILD) $(B)/shrink $(addprefix $(B)/,hello pick cornell deform instances changes lightmap distance)
+	mkdir -p $(GALLERY)
+	@set -e; for program in pick cornell instances changes lightmap distance; do $(B)/$$program; done >out/examples.txt
+	$(B)/hello out/hello.png
+	$(B)/deform --frames 4 --size 768x480
+	@set -e; $(SMALL); for name in hello cornell instances lightmap distance; do small out/$$name.png $$name; done; \
+	  small out/pick-before.png pick; small out/deform-001.png deform; small out/changes-2.png changes; \
+	  small out/effects-gloss.png effects; small .pictures/poolhall-drt.png poolhall; \
+	  small .pictures/conference-drt.png conference; small .pictures/rtrt-large.png rtrt
+	@set -e; $(SMALL); if [ -n "$(PYTHON)" ] && $(PYTHON) -c 'import matplotlib'; then export PKTRT_CACHE=$(B)/python; \
+	  $(PYTHON) -B examples/python/ao.py >out/ao.pgm; small out/ao.pgm ao; \
+	  $(PYTHON) -B examples/python/factors.py out/factors.png; small out/factors.png factors; \
+	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
+	@most=1000000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
+
+$(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # --- the course ---
 
@@ -417,7 +440,7 @@ $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
 PYTHON = $(firstword $(foreach python,python3 /usr/bin/python3,$(shell $(python) -c 'import cffi, numpy' 2>/dev/null && echo $(python))))
 PYTHON_RUN = CC="$(CC)" CFLAGS="$(CFLAGS) $(ALL_SETS)" PKTRT_CACHE=$(B)/python $(PYTHON) tests/python/test.py $(B)
 test-python:
-	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/scene.so && $(PYTHON_RUN); \
+	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/notebook $(B)/python/scene.so && $(PYTHON_RUN); \
 	  else echo "test-python: there is no python3 with cffi and numpy (make deps-extra), nothing is compared"; fi
 
 # The checksum of one picture, for .ci/checksums: PICTURE="poolhall wrt 64 48".
@@ -425,7 +448,7 @@ python-picture:
 	@if [ -n "$(PYTHON)" ]; then $(MAKE) -s $(B)/python/scene.so && $(PYTHON_RUN) --picture $(PICTURE); \
 	  else echo "python-picture: there is no python3 with cffi and numpy (make deps-extra)" >&2; fi
 
-$(B)/python/answers: tests/python/answers.c $(B)/all/pktrt.o | $(B)/python
+$(B)/python/answers $(B)/python/notebook: $(B)/python/%: tests/python/%.c tests/python/arrays.h $(B)/all/pktrt.o | $(B)/python
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(B)/python/scene.so: tests/python/scene.c $(EXAMPLE_HEADERS) pktrt.h | $(B)/python
@@ -902,7 +925,7 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs \
-  python3-cffi python3-numpy libopenmpi-dev openmpi-bin
+  python3-cffi python3-numpy python3-matplotlib python3-pip python3-setuptools python3-wheel libopenmpi-dev openmpi-bin
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

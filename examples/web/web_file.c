@@ -1,0 +1,178 @@
+/* A model from a file, as files.js has read it, on a floor under a light: web_model_room, and from where it says on all
+   corners' positions and normals, the materials' words and the triangles' materials; then web_open_model of web.c. */
+#include "web.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+  MATERIAL_WORDS = 11, /* as in files.js: albedo, reflectance, emission, exponent, index of the coat */
+  MOST_TRIANGLES = 1000000,
+  MOST_MATERIALS = 20000
+};
+
+#define FLOOR_DEPTH 0.002f /* under the model, which may itself be flat */
+#define FLOOR_SIZE 24.0f
+#define LIGHT_SIZE 1.6
+#define LIGHT_RADIANCE 17.0
+
+static struct {
+  float *words; /* what waits to be opened, NULL: nothing */
+  unsigned triangles, materials;
+} model;
+
+/* Makes room for a model, that of one which was not opened included. NULL: there is not enough memory. */
+WEB_EXPORT float *web_model_room(unsigned triangles, unsigned materials) {
+  free(model.words);
+  model.words = NULL;
+  if (triangles == 0 || triangles > MOST_TRIANGLES || materials == 0 || materials > MOST_MATERIALS) return NULL;
+  model.triangles = triangles;
+  model.materials = materials;
+  model.words = (float *)malloc(((size_t)triangles * 19 + (size_t)materials * MATERIAL_WORDS) * sizeof(float));
+  return model.words;
+}
+
+/* Radiance from all around: a pale sky, which is darker below the horizon. */
+static void sky(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  static const float zenith[3] = {0.34f, 0.47f, 0.66f}, horizon[3] = {0.78f, 0.80f, 0.82f};
+  (void)user;
+  for (uint32_t i = 0; i < n; i++) {
+    const float up = direction[1][i];
+    const float part = up > 0 ? sqrtf(up) : 0, factor = up > 0 ? 1.0f : 0.5f;
+    for (int c = 0; c < 3; c++) radiance[c][i] = factor * (horizon[c] + part * (zenith[c] - horizon[c]));
+  }
+}
+
+/* The floor is seen from above alone, so that one can look at a model from below. */
+static void floor_from_above(void *user, const pktrt_points *points) {
+  (void)user;
+  for (uint32_t i = 0; i < points->n; i++)
+    if (points->direction[1][i] > 0) points->opacity[i] = 0;
+}
+
+static pktrt_status add_floor(pktrt_scene *scene) {
+  static const float corners[4][3] = {{-FLOOR_SIZE / 2, -FLOOR_DEPTH, FLOOR_SIZE / 2},
+                                      {FLOOR_SIZE / 2, -FLOOR_DEPTH, FLOOR_SIZE / 2},
+                                      {FLOOR_SIZE / 2, -FLOOR_DEPTH, -FLOOR_SIZE / 2},
+                                      {-FLOOR_SIZE / 2, -FLOOR_DEPTH, -FLOOR_SIZE / 2}};
+  static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
+  pktrt_material material;
+  memset(&material, 0, sizeof material);
+  for (int c = 0; c < 3; c++) material.albedo[c] = 0.45f;
+  material.texture = floor_from_above;
+  material.cutout = true;
+  pktrt_mesh_desc mesh;
+  memset(&mesh, 0, sizeof mesh);
+  mesh.positions = corners[0];
+  mesh.vertex_count = 4;
+  mesh.indices = indices;
+  mesh.triangle_count = 2;
+
+  const pktrt_status status = pktrt_add_material(scene, &material, &mesh.material);
+  return status == PKTRT_OK ? pktrt_add_mesh(scene, &mesh, NULL) : status;
+}
+
+/* A square above and before the model, to its left. It has the same power whatever its size. */
+static pktrt_status add_light(pktrt_scene *scene, double size) {
+  const double edge = LIGHT_SIZE * size;
+  pktrt_light light;
+  memset(&light, 0, sizeof light);
+  light.kind = PKTRT_LIGHT_QUAD;
+  const double right[3] = {0.8, 0, 0.6}, down[3] = {-0.48, -0.6, 0.64}, middle[3] = {-1.8, 4.2, 2.4};
+  for (int a = 0; a < 3; a++) {
+    light.edge[0][a] = (float)(edge * right[a]);
+    light.edge[1][a] = (float)(edge * down[a]);
+    light.position[a] = (float)(middle[a] - 0.5 * edge * (right[a] + down[a]));
+    light.intensity[a] = (float)(LIGHT_RADIANCE / (size * size));
+  }
+  return pktrt_add_light(scene, &light, NULL);
+}
+
+/* Adds the model's materials, which are numbered from 1 on. */
+static pktrt_status add_materials(pktrt_scene *scene, const float *words) {
+  for (unsigned i = 0; i < model.materials; i++, words += MATERIAL_WORDS) {
+    pktrt_material material;
+    memset(&material, 0, sizeof material);
+    memcpy(material.albedo, words, sizeof material.albedo);
+    memcpy(material.emission, words + 6, sizeof material.emission);
+    if (words[10] > 0) {
+      material.specular = PKTRT_SPECULAR_COAT;
+      material.ior[0] = words[10];
+    } else if (words[3] > 0 || words[4] > 0 || words[5] > 0) {
+      material.specular = PKTRT_SPECULAR_MIRROR;
+      memcpy(material.reflectance, words + 3, sizeof material.reflectance);
+    }
+    material.lobe = words[9] >= 0 ? PKTRT_LOBE_PHONG : PKTRT_LOBE_IDEAL;
+    material.exponent = words[9] >= 0 ? words[9] : 0;
+    const pktrt_status status = pktrt_add_material(scene, &material, NULL);
+    if (status != PKTRT_OK) return status;
+  }
+  return PKTRT_OK;
+}
+
+static pktrt_status add_model(pktrt_scene *scene) {
+  const size_t values = (size_t)model.triangles * 9;
+  const float *const materials = model.words + 2 * values;
+  uint32_t *const number = (uint32_t *)(model.words + 2 * values + (size_t)model.materials * MATERIAL_WORDS);
+  for (unsigned i = 0; i < model.triangles; i++) number[i]++;
+  pktrt_mesh_desc mesh;
+  memset(&mesh, 0, sizeof mesh);
+  mesh.positions = model.words;
+  mesh.normals = model.words + values;
+  mesh.vertex_count = model.triangles * 3;
+  mesh.triangle_count = model.triangles;
+  mesh.triangle_materials = number;
+
+  const pktrt_status status = add_materials(scene, materials);
+  return status == PKTRT_OK ? pktrt_add_mesh(scene, &mesh, NULL) : status;
+}
+
+/* Looks at the model from before it, from the right and above, from where the corners of its box are just in sight. */
+static void fit_camera(pktrt_camera *camera) {
+  static const float back[3] = {0.48f, 0.36f, 0.80f}, right[3] = {0.857493f, 0, -0.514496f};
+  static const float up[3] = {-0.185218f, 0.932955f, -0.308697f};
+  const float slope = 0.41421356f / 1.08f; /* half of 45 degrees, and a margin */
+  float lo[3], hi[3], distance = 0;
+  memcpy(lo, model.words, sizeof lo);
+  memcpy(hi, model.words, sizeof hi);
+  for (size_t i = 0; i < (size_t)model.triangles * 9; i++) {
+    const float x = model.words[i];
+    if (x < lo[i % 3]) lo[i % 3] = x;
+    if (x > hi[i % 3]) hi[i % 3] = x;
+  }
+  for (int corner = 0; corner < 8; corner++) {
+    float along[3] = {0, 0, 0}; /* to the right, up and back, from the middle of the box */
+    for (int a = 0; a < 3; a++) {
+      const float half = (corner >> a & 1 ? 0.5f : -0.5f) * (hi[a] - lo[a]);
+      along[0] += half * right[a];
+      along[1] += half * up[a];
+      along[2] += half * back[a];
+    }
+    const float wider = fabsf(along[0]) > fabsf(along[1]) ? fabsf(along[0]) : fabsf(along[1]);
+    const float needed = along[2] + wider / slope;
+    if (needed > distance) distance = needed;
+  }
+  memset(camera, 0, sizeof *camera);
+  for (int a = 0; a < 3; a++) {
+    camera->target[a] = 0.5f * (lo[a] + hi[a]);
+    camera->eye[a] = camera->target[a] + distance * back[a];
+  }
+}
+
+pktrt_scene *web_model_scene(double light_size, pktrt_render_desc *view, double *triangles) {
+  if (!model.words) return NULL;
+  *triangles = model.triangles;
+  fit_camera(&view->camera);
+  for (int c = 0; c < 3; c++) view->ambient[c] = 0.32f;
+  view->environment = sky;
+
+  pktrt_scene *scene = pktrt_scene_create(NULL);
+  const bool added = scene && add_model(scene) == PKTRT_OK && add_floor(scene) == PKTRT_OK &&
+                     add_light(scene, light_size) == PKTRT_OK;
+  free(model.words); /* before the tree takes memory */
+  model.words = NULL;
+  if (added && pktrt_commit(scene) == PKTRT_OK) return scene;
+  pktrt_scene_destroy(scene);
+  return NULL;
+}

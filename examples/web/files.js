@@ -417,7 +417,7 @@ function plyReader(format, bytes, data) {
 
 function readPly(file, others, options) {
   const { format, elements, data } = readPlyHeader(file.bytes), unused = new Set(), triangles = new Triangles();
-  if (!/^(ascii|binary_(little|big)_endian)$/.test(format)) refuse(`it has the format ${brief(String(format))}`);
+  if (!/^(ascii|binary_(little|big)_endian)$/.test(format)) refuse(`it has the format "${brief(String(format))}"`);
   const next = plyReader(format, file.bytes, data);
   let points = new Float64Array(0), normals = null, vertices = 0, faces = 0;
 
@@ -604,7 +604,7 @@ function matrixOf(node) {
 const turned = (m, x, y, z, a) => m[a] * x + m[3 + a] * y + m[6 + a] * z;
 const times = (m, n) => [0, 3, 6, 9].flatMap((c) =>
   [0, 1, 2].map((a) => turned(m, n[c], n[c + 1], n[c + 2], a) + (c === 9 ? m[9 + a] : 0)));
-// For normals: its cofactors, which turn them as its inverse, transposed, does, times the determinant.
+// For normals: a matrix's cofactors, which are its inverse, transposed, times its determinant.
 const cofactors = (m) => [0, 3, 6].flatMap((c) => [0, 1, 2].map((a) => {
   const d = (c + 3) % 9, e = (c + 6) % 9, b = (a + 1) % 3, f = (a + 2) % 3;
   return m[d + b] * m[e + f] - m[d + f] * m[e + b];
@@ -645,8 +645,9 @@ function addPrimitive(primitive, matrix, accessor, material, triangles, unused) 
   const made = mode === 4 ? Math.floor(corners / 3) : Math.max(0, corners - 2);
   if (triangles.count + made > MOST_TRIANGLES) refuseMore(MOST_TRIANGLES, "triangles");
 
-  const cofactor = cofactors(matrix), size = Math.max(...cofactor.map(Math.abs)) || 1;
-  const mirrored = turned(matrix, cofactor[0], cofactor[1], cofactor[2], 0) < 0;
+  const cofactor = cofactors(matrix);
+  const mirrored = matrix[0] * cofactor[0] + matrix[1] * cofactor[1] + matrix[2] * cofactor[2] < 0;
+  const size = (Math.max(...cofactor.map(Math.abs)) || 1) * (mirrored ? -1 : 1);
   const points = new Float64Array(9), normals = fromNormal && new Float64Array(9), three = [0, 1, 2];
   function readCorner(k, i) {
     const index = indices ? indices.at(i, 0) : i;
@@ -724,7 +725,7 @@ export function modelOf(files) {
   const name = brief(models[0].name);
   if (models.length > 1) throw new Error(`${name} and ${brief(models[1].name)} are two models: drop one of them`);
   const bytes = files.reduce((sum, one) => sum + one.size, 0);
-  if (bytes > MOST_BYTES) throw new Error(`${name} is refused: with what came along, it has more than ${MOST_BYTES / 1e6} MB`);
+  if (bytes > MOST_BYTES) throw new Error(`${name} is refused: all together, that is more than ${MOST_BYTES / 1e6} MB`);
   return models[0];
 }
 

@@ -14,6 +14,7 @@ const PREVIEW_MS = 1000 / 15;
 const BAND_MS = 80; // how long the user may have to wait for a worker; each band costs some milliseconds by itself
 const FAINT = 1 / 20; // what a ray can add at most that may be left out while things move
 const READ_SECONDS = 60; // after which a file is given up
+const MOST_COPIED = 4e6; // triangles of a model, of all workers
 const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKTRT_ERROR_BLOCK
 
 const control = Object.fromEntries(
@@ -99,11 +100,11 @@ function nextJob() {
   return waits();
 }
 
-// Gives work to all who have none.
+// Gives work to all who have none. Of a large model few have copies, for each takes about 460 bytes a triangle.
 function feed() {
   if (paused()) return;
-  const scene = wanted();
-  for (const one of workers) {
+  const scene = wanted(), helpers = isModel() ? Math.max(1, Math.floor(MOST_COPIED / model.count)) : workers.length;
+  for (const one of workers.slice(0, helpers)) {
     if (one.busy || one.cannot === scene) continue;
     if (one.scene !== scene) {
       if (one !== workers[0] && seen !== scene) continue;

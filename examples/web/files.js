@@ -9,6 +9,7 @@ export const MOST_BYTES = 100e6; // of all files together
 export const MOST_TRIANGLES = 1e6;
 const MOST_VERTICES = 3 * MOST_TRIANGLES;
 const MOST_MATERIALS = 10000;
+const MOST_NODES = 1e6;
 const MOST_PARTS = 100000;     // primitives that nodes of a glTF file show
 const MOST_LINE = 1e6;         // characters of a line of text
 const MOST_HEADER = 100000;    // bytes before the data of a PLY file
@@ -694,6 +695,7 @@ function readGltf(file, others, options) {
 
   // Nodes are trees: who comes to one for the second time goes in a circle, or would go many ways to it.
   const nodes = listed(gltf.nodes), seen = new Set();
+  if (nodes.length > MOST_NODES) refuseMore(MOST_NODES, "nodes");
   const children = new Set(nodes.flatMap((node) => listed(node?.children)));
   const roots = gltf.scenes === undefined ? nodes.map((_, i) => i).filter((i) => !children.has(i))
     : listed(named(gltf.scenes, gltf.scene ?? 0, "scene").nodes);

@@ -14,8 +14,11 @@ enum {
 
 #define FLOOR_DEPTH 0.002f /* under the model, which may itself be flat */
 #define FLOOR_SIZE 24.0f
+#define FLOOR_NEAR 2.5f /* as far it looks as it is */
 #define LIGHT_SIZE 1.6
-#define LIGHT_RADIANCE 17.0
+#define LIGHT_RADIANCE 14.0
+
+static const float zenith[3] = {0.34f, 0.47f, 0.66f}, horizon[3] = {0.70f, 0.73f, 0.77f};
 
 static struct {
   float *words; /* what waits to be opened, NULL: nothing */
@@ -33,22 +36,30 @@ WEB_EXPORT float *web_model_room(unsigned triangles, unsigned materials) {
   return model.words;
 }
 
-/* Radiance from all around: a pale sky, which is darker below the horizon. */
+/* Radiance from all around: a pale sky, which is the same from the horizon down. */
 static void sky(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
-  static const float zenith[3] = {0.34f, 0.47f, 0.66f}, horizon[3] = {0.78f, 0.80f, 0.82f};
   (void)user;
   for (uint32_t i = 0; i < n; i++) {
-    const float up = direction[1][i];
-    const float part = up > 0 ? sqrtf(up) : 0, factor = up > 0 ? 1.0f : 0.5f;
-    for (int c = 0; c < 3; c++) radiance[c][i] = factor * (horizon[c] + part * (zenith[c] - horizon[c]));
+    const float part = direction[1][i] > 0 ? sqrtf(direction[1][i]) : 0;
+    for (int c = 0; c < 3; c++) radiance[c][i] = horizon[c] + part * (zenith[c] - horizon[c]);
   }
 }
 
-/* The floor is seen from above alone, so that one can look at a model from below. */
-static void floor_from_above(void *user, const pktrt_points *points) {
+/* The floor turns into the horizon as it gets farther, so that no edge is seen. It is there from above alone, so that one
+   can look at a model from below. */
+static void floor_texture(void *user, const pktrt_points *points) {
   (void)user;
-  for (uint32_t i = 0; i < points->n; i++)
+  for (uint32_t i = 0; i < points->n; i++) {
+    const float x = points->position[0][i], z = points->position[2][i];
+    const float part = (sqrtf(x * x + z * z) - FLOOR_NEAR) / (FLOOR_SIZE / 2 - FLOOR_NEAR);
+    const float within = part < 1 ? part : 1;
+    const float faded = within > 0 ? within * (2 - within) : 0;
+    for (int c = 0; c < 3; c++) {
+      points->albedo[c][i] *= 1 - faded;
+      points->emission[c][i] = faded * horizon[c];
+    }
     if (points->direction[1][i] > 0) points->opacity[i] = 0;
+  }
 }
 
 static pktrt_status add_floor(pktrt_scene *scene) {
@@ -60,7 +71,7 @@ static pktrt_status add_floor(pktrt_scene *scene) {
   pktrt_material material;
   memset(&material, 0, sizeof material);
   for (int c = 0; c < 3; c++) material.albedo[c] = 0.45f;
-  material.texture = floor_from_above;
+  material.texture = floor_texture;
   material.cutout = true;
   pktrt_mesh_desc mesh;
   memset(&mesh, 0, sizeof mesh);
@@ -128,36 +139,36 @@ static pktrt_status add_model(pktrt_scene *scene) {
   return status == PKTRT_OK ? pktrt_add_mesh(scene, &mesh, NULL) : status;
 }
 
-/* Looks at the model from before it, from the right and above, from where the corners of its box are just in sight. */
+/* Looks at the middle of the model from before it, from the right and above, and as near as all corners can be seen. */
 static void fit_camera(pktrt_camera *camera) {
   static const float back[3] = {0.48f, 0.36f, 0.80f}, right[3] = {0.857493f, 0, -0.514496f};
-  static const float up[3] = {-0.185218f, 0.932955f, -0.308697f};
-  const float slope = 0.41421356f / 1.08f; /* half of 45 degrees, and a margin */
+  static const float up[3] = {-0.185218f, 0.932952f, -0.308697f};
+  const float slope = 0.41421356f / 1.1f; /* of half of 45 degrees, and a margin */
+  const size_t values = (size_t)model.triangles * 9;
   float lo[3], hi[3], distance = 0;
   memcpy(lo, model.words, sizeof lo);
   memcpy(hi, model.words, sizeof hi);
-  for (size_t i = 0; i < (size_t)model.triangles * 9; i++) {
+  for (size_t i = 0; i < values; i++) {
     const float x = model.words[i];
     if (x < lo[i % 3]) lo[i % 3] = x;
     if (x > hi[i % 3]) hi[i % 3] = x;
   }
-  for (int corner = 0; corner < 8; corner++) {
-    float along[3] = {0, 0, 0}; /* to the right, up and back, from the middle of the box */
+  memset(camera, 0, sizeof *camera);
+  for (int a = 0; a < 3; a++) camera->target[a] = 0.5f * (lo[a] + hi[a]);
+
+  for (size_t i = 0; i < values; i += 3) {
+    float along[3] = {0, 0, 0}; /* to the right, up and back */
     for (int a = 0; a < 3; a++) {
-      const float half = (corner >> a & 1 ? 0.5f : -0.5f) * (hi[a] - lo[a]);
-      along[0] += half * right[a];
-      along[1] += half * up[a];
-      along[2] += half * back[a];
+      const float from = model.words[i + (size_t)a] - camera->target[a];
+      along[0] += from * right[a];
+      along[1] += from * up[a];
+      along[2] += from * back[a];
     }
     const float wider = fabsf(along[0]) > fabsf(along[1]) ? fabsf(along[0]) : fabsf(along[1]);
     const float needed = along[2] + wider / slope;
     if (needed > distance) distance = needed;
   }
-  memset(camera, 0, sizeof *camera);
-  for (int a = 0; a < 3; a++) {
-    camera->target[a] = 0.5f * (lo[a] + hi[a]);
-    camera->eye[a] = camera->target[a] + distance * back[a];
-  }
+  for (int a = 0; a < 3; a++) camera->eye[a] = camera->target[a] + distance * back[a];
 }
 
 pktrt_scene *web_model_scene(double light_size, pktrt_render_desc *view, double *triangles) {
@@ -168,8 +179,8 @@ pktrt_scene *web_model_scene(double light_size, pktrt_render_desc *view, double 
   view->environment = sky;
 
   pktrt_scene *scene = pktrt_scene_create(NULL);
-  const bool added = scene && add_model(scene) == PKTRT_OK && add_floor(scene) == PKTRT_OK &&
-                     add_light(scene, light_size) == PKTRT_OK;
+  const bool added =
+      scene && add_model(scene) == PKTRT_OK && add_floor(scene) == PKTRT_OK && add_light(scene, light_size) == PKTRT_OK;
   free(model.words); /* before the tree takes memory */
   model.words = NULL;
   if (added && pktrt_commit(scene) == PKTRT_OK) return scene;

@@ -5,6 +5,7 @@
 // node tests/web_page.js http://localhost:8000 out/web build
 "use strict";
 const fs = require("fs");
+const os = require("os");
 const path = require("path");
 const zlib = require("zlib");
 const { execFileSync } = require("child_process");
@@ -221,7 +222,7 @@ const said = (page, pattern) => page.waitForFunction((of) => new RegExp(of).test
 
 async function files() {
   console.log("models that are dropped");
-  const folder_ = fs.mkdtempSync(path.join(require("os").tmpdir(), "web-files-")), at = (name) => path.join(folder_, name);
+  const there = fs.mkdtempSync(path.join(os.tmpdir(), "web-files-")), at = (name) => path.join(there, name);
   const write = (name, ...lines) => fs.writeFileSync(at(name), lines.join("\n"));
   // A ball of rings that get closer: what is seen of it differs from every scene's picture.
   const ball = [], rings = 24, spokes = 48;
@@ -257,7 +258,7 @@ async function files() {
   let [before, after] = await refused("a file that ends early is refused", [at("cut.stl")], /^cut\.stl is refused: it ends before/);
   check("nothing is drawn anew for it", before === after);
   await refused("so are two models", [at("ball.obj"), at("wedge.stl")], /two models/);
-  await refused("and a folder", [folder_], /is no model that this page reads/);
+  await refused("and a folder", [there], /is no model that this page reads/);
 
   const grey = await pictureAfter(page, () => drop(page, [at("ball.obj")]));
   check("a dropped model is seen", grey.checksum !== scene.checksum, await said(page, /triangles/));
@@ -266,7 +267,7 @@ async function files() {
   check("it is a scene of its name", await page.$eval("#scene", (it) => it.selectedOptions[0].text) === "ball.obj");
   const distance = ({ eye, target }) => Math.hypot(...eye.map((x, a) => x - target[a]));
   check("the camera looks at its middle, from where all of it is seen", Math.abs(grey.settings.target[1] - 1) < 0.01 &&
-    distance(grey.settings) > 1 / Math.sin(Math.PI / 8) && distance(grey.settings) < 5, `${distance(grey.settings).toFixed(2)} m away`);
+    distance(grey.settings) > 1 / Math.sin(Math.PI / 8) && distance(grey.settings) < 3.2, `${distance(grey.settings).toFixed(2)} m away`);
   await page.waitForFunction(() => !document.getElementById("message").textContent);
   check("the canvas shows the floats", await canvasDiffers(page) < 1.01);
   const middleOf = () => page.$eval("#picture", (it) => [...it.getContext("2d").getImageData(128, 140, 1, 1).data]);
@@ -280,6 +281,12 @@ async function files() {
   await page.waitForFunction(() => parseInt(document.getElementById("samples").textContent, 10) >= 16, { timeout: 20000 });
   await page.screenshot({ path: "out/web-files.png" });
   await refused("a model that is refused leaves this one", [at("lines.obj")], /line 2: a face names vertex 1 of 1|vertex 2 of 1/);
+  const room = (code) => Promise.all(page.workers().map((one) => one.evaluate(code)));
+  await room("room = module._web_model_room, module._web_model_room = () => 0");
+  const stays = await pictureAfter(page, () => drop(page, [at("wedge.stl")]));
+  check("one for which memory is lacking, too", stays.checksum === red.checksum &&
+    await page.$eval("#scene", (it) => it.selectedOptions[0].text) === "ball.obj", await said(page, /^wedge\.stl is refused: there is not/));
+  await room("module._web_model_room = room");
   const wider = await pictureAfter(page, () => page.$eval("#light", (it) => {
     it.value = 4;
     it.dispatchEvent(new Event("change", { bubbles: true }));
@@ -309,7 +316,7 @@ async function files() {
   await checkLook(narrow, "390 wide");
   await narrow.screenshot({ path: "out/web-files-390.png", fullPage: true });
   await narrow.close();
-  fs.rmSync(folder_, { recursive: true });
+  fs.rmSync(there, { recursive: true });
 }
 
 async function drag(page, from, by, fingers = 1) { // by touch; a second finger stays where it is

@@ -100,7 +100,8 @@ function reads(sentence, given, said, good = () => true) {
   } catch (failed) {
     error = failed.message;
   }
-  check(model?.said === said && good(model), sentence, model ? model.said : error);
+  const told = model ? files.describe(model) : error;
+  check(told === said && good(model), sentence, told);
 }
 function refuses(sentence, given, pattern, slowest = 1000) {
   const began = performance.now();
@@ -130,7 +131,7 @@ function testFormats() {
   const two = text("t.obj", "mtllib some.mtl", ...objLines.slice(0, 4), "usemtl red one", "f 1 3 2", "usemtl lamp", "f 1 2 4");
   const mtl = text("some.mtl", "newmtl red one", "Kd 0.5 0.25 2", "map_Kd red.png", "newmtl lamp", "Ke 3 2 1", "d 0.5");
   reads("with its .mtl file", [two, mtl], "t.obj: 2 triangles, 2 materials; not used: textures, transparency",
-    ({ words, materials }) => same(materials, [1, 2]) && same(words.slice(11, 14), [0.5, 0.25, 1]) && same(words.slice(28, 31), [3, 2, 1]));
+    ({ words, materials }) => same(materials, [1, 2]) && same(words.slice(12, 15), [0.5, 0.25, 1]) && same(words.slice(30, 33), [3, 2, 1]));
   reads("without it", two, "t.obj: 2 triangles; grey, for want of its materials: drop some.mtl along with it");
   reads("with normals of its own", text("t.obj", ...objLines.slice(0, 4), "vn 0 0 -2", "vn 0 0 0", "f 1//1 3//1 2//2"),
     "t.obj: 1 triangle", ({ normals }) => same(normals, [0, 0, -1, 0, 0, -1, 0, 0, -1]));
@@ -147,7 +148,7 @@ function testFormats() {
 
   // The triangle lies from x = 10 to 12, of which the model's size makes 2.
   const triangle = (model) => same(cornersOf(model), [-1, 0, 0, 1, 0, 0, -1, 1, 0]) && same(model.normals, [0, 0, 1, 0, 0, 1, 0, 0, 1]) &&
-    same(model.words.slice(11), [1, 0.5, 0, 0, 0, 0, 0, 0.25, 0, -1, 0]);
+    same(model.words.slice(12), [1, 0.5, 0, 0, 0, 0, 0, 0.25, 0, -1, 0, -1]);
   reads("a .gltf file with data of its own", gltfFile(), "t.gltf: 1 triangle, 1 material", triangle);
   reads("a .glb file", glb(), "t.glb: 1 triangle, 1 material", triangle);
   const apart = gltfFile((it) => { it.buffers[0].uri = "the%20data.bin"; });
@@ -168,11 +169,62 @@ function testFormats() {
     it.animations = [{}];
     it.materials[0].normalTexture = { index: 0 };
     it.materials[0].alphaMode = "BLEND";
-  }), "t.gltf: 1 triangle, 1 material; not used: animations, textures, transparency");
+  }), "t.gltf: 1 triangle, 1 material; not used: animations, textures of other kinds than colour, transparency");
   const metal = files.materialWords({ base: [1, 0.5, 0], metallic: 1, roughness: 0.5, emission: [0, 0, 0] });
-  check(same(metal, [0.25, 0.125, 0, 0.75, 0.375, 0, 0, 0, 0, 7.5, 0]), "metal reflects its colour", metal.join(" "));
+  check(same(metal, [0.25, 0.125, 0, 0.75, 0.375, 0, 0, 0, 0, 7.5, 0, -1]), "metal reflects its colour", metal.join(" "));
   check(files.materialWords({ base: [1, 1, 1], metallic: 0, roughness: 0.1, emission: [0, 0, 0] })[10] === 1.5,
     "what is smooth and not metal has a coat");
+}
+
+// The first bytes of images: of a PNG, and of a JPEG with a segment before the one that says how large it is.
+function png(width, height) {
+  const bytes = Buffer.alloc(24);
+  bytes.writeUInt32BE(0x89504e47);
+  bytes.writeUInt32BE(width, 16);
+  bytes.writeUInt32BE(height, 20);
+  return bytes;
+}
+const jpeg = (width, height) => Buffer.from([0xff, 0xd8, 0xff, 0xe0, 0, 4, 1, 2, 0xff, 0xc2, 0, 17, 8, height >> 8, height & 255, width >> 8,
+  width & 255, 3]);
+
+function testImages() {
+  check(same(files.imageSize(png(300, 7)), [300, 7]), "the size of a PNG image");
+  check(same(files.imageSize(jpeg(300, 7)), [300, 7]), "the size of a JPEG image");
+  for (const [what, bytes] of [["one that is too large", png(8193, 8192)], ["one without pixels", jpeg(0, 9)], ["one that ends early", png(9, 9).subarray(0, 23)],
+    ["a JPEG that ends early", jpeg(9, 9).subarray(0, 16)], ["one of another kind", Buffer.from("RIFF....WEBPVP8 ............")],
+    ["a JPEG of nothing but lengths of 0", Buffer.from([0xff, 0xd8, ...new Array(1000).fill([0xff, 0xe0, 0, 0]).flat()])]])
+    check(files.imageSize(bytes) === null, `${what} is not used`);
+
+  const lines = [...objLines.slice(0, 4), "vt 0.25 0.75", "vt 1 0", "vt 1e9 x", "usemtl a", "f 1/1 3/-2 2/3", "usemtl b", "f 1/1 2/2 4/2"];
+  const mtl = text("a.mtl", "newmtl a", "Kd 1 1 1", "map_Kd some\\where/a b.png", "newmtl b", "map_Kd other.png");
+  const image = binary("a b.png", png(2, 2));
+  reads("an .obj file with an image", [text("t.obj", ...lines), mtl, image], "t.obj: 2 triangles, 2 materials; not used: textures",
+    ({ images, words, texcoords }) => images.length === 1 && words[23] === 0 && words[35] === -1 &&
+      same(texcoords, [0.25, 0.25, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0]));
+  reads("without it", [text("t.obj", ...lines), mtl], "t.obj: 2 triangles, 2 materials; not used: textures", (model) => !model.texcoords);
+  const mapped = (change = () => {}) => gltfFile((it) => {
+    const bytes = Buffer.concat([gltfBytes, Buffer.from(Uint8Array.of(0, 0, 255, 0, 0, 51)), png(2, 2)]);
+    it.buffers[0] = { byteLength: bytes.length, uri: `data:;base64,${bytes.toString("base64")}` };
+    it.bufferViews.push({ buffer: 0, byteOffset: gltfBytes.length, byteLength: 6 }, { buffer: 0, byteOffset: gltfBytes.length + 6, byteLength: 24 });
+    it.accessors.push({ bufferView: 3, componentType: 5121, normalized: true, count: 3, type: "VEC2" });
+    it.images = [{ bufferView: 4, mimeType: "image/png" }];
+    it.textures = [{ source: 0 }];
+    it.materials[0].pbrMetallicRoughness.baseColorTexture = { index: 0, texCoord: 1 };
+    it.meshes[0].primitives[0].attributes.TEXCOORD_1 = 3;
+    change(it);
+  });
+  reads("a .gltf file with an image", mapped(), "t.gltf: 1 triangle, 1 material", ({ images, words, texcoords }) =>
+    images.length === 1 && same(files.imageSize(images[0]), [2, 2]) && words[23] === 0 && same(texcoords, [0, 0, 1, 0, 0, 0.2]));
+  for (const [what, change] of [["in a file that is not there", (it) => { it.images = [{ uri: "a.png" }]; }], ["that is turned", (it) => {
+    it.materials[0].pbrMetallicRoughness.baseColorTexture.extensions = { KHR_texture_transform: {} };
+  }], ["of an unknown kind", (it) => { it.bufferViews[4].byteOffset = 0; }]])
+    reads(`an image ${what} is not used`, mapped(change), "t.gltf: 1 triangle, 1 material; not used: textures", ({ words }) => words[23] === -1);
+  for (const [what, change, pattern] of [["a texture that is not there", (it) => { it.textures = []; }, /it names texture 0/],
+    ["an image that is not there", (it) => { it.images = []; }, /it names image 0/],
+    ["an image beyond its buffer", (it) => { it.bufferViews[4].byteLength = 25; }, /image 0 goes beyond its buffer/],
+    ["texture coordinates beyond theirs", (it) => { it.accessors[3].count = 4; }, /accessor 3 goes beyond/],
+    ["fewer texture coordinates than vertices", (it) => { it.accessors[3].count = 2; }, /a primitive has 2 texture coordinates for 3 vertices/]])
+    refuses(what, mapped(change), pattern);
 }
 
 function testNormals() {
@@ -225,6 +277,9 @@ function testHostile() {
     refuses(`${count} vertices announced`, textPly(count), /it announces [0-9,]* elements vertex, but has/);
     refuses(`${count} faces announced, in binary`, binaryPly(true, { polygons: count }), /it announces [0-9,]* elements face, but has/);
   }
+  const many = ["ply", "format binary_little_endian 1.0", "element vertex 3000001", ...["x", "y", "z"].map((a) => `property char ${a}`), "end_header", ""];
+  refuses("more vertices than may be", binary("t.ply", Buffer.from(many.join("\n")), Buffer.alloc(9000003)),
+    /it has more than 3,000,000 vertices/);
   refuses("-1 vertices", textPly(-1), /it announces -1 of vertex/);
   refuses("vertices of NaN", textPly(4, 4, [["nan", 0, 0], ...corners.slice(1)]), /vertex 0: a coordinate is not a number/);
   refuses("a vertex that is not there", textPly(4, 4, corners, [...faces.slice(1), [0, 1, 4]]), /face 3 names vertex 4 of 4/);
@@ -315,7 +370,7 @@ function testHostile() {
     try {
       const model = files.readModel([{ name, bytes: changed }]);
       read++;
-      if (![model.points, model.normals, model.words].every((list) => list.every(Number.isFinite))) strange = `file ${i} has a NaN`;
+      if (![model.points, model.normals, model.words, model.texcoords ?? []].every((list) => list.every(Number.isFinite))) strange = `file ${i} has a NaN`;
       if (!model.materials.every((m) => m < model.words.length / files.MATERIAL_WORDS)) strange = `file ${i} has another material`;
     } catch (error) {
       if (!/^t\.\w+ is refused: .*[^ ]$/.test(error.message) || /what its name says|memory/.test(error.message)) strange = error.message;
@@ -331,12 +386,14 @@ function testHostile() {
 async function testModule() {
   const module = await require(path.resolve(folder, "pktrt.js"))({ wasmBinary: fs.readFileSync(`${folder}/pktrt.wasm`) });
   const size = 64, error = () => module.UTF8ToString(module._web_error());
-  const put = (model) => {
-    const room = module._web_model_room(model.count, model.words.length / files.MATERIAL_WORDS) >> 2;
-    if (!room) return 1;
-    let at = room;
-    for (const values of [model.points, model.normals, model.words]) module.HEAPF32.set(values, at), at += values.length;
-    module.HEAPU32.set(model.materials, at);
+  const put = ({ count, points, normals, words, materials, texcoords }, images = []) => {
+    let at = module._web_model_room(count, words.length / files.MATERIAL_WORDS, texcoords !== null) >> 2;
+    if (!at) return 1;
+    for (const values of [points, normals, words, materials, texcoords ?? []]) {
+      (values === materials ? module.HEAPU32 : module.HEAPF32).set(values, at);
+      at += values.length;
+    }
+    for (const { width, height, pixels } of images) module.HEAPU32.set(pixels, module._web_image_room(width, height) >> 2);
     return module._web_open_model(1);
   };
   const render = () => {
@@ -376,6 +433,20 @@ async function testModule() {
   render();
   check(sum() === before, "a scene of the page's own looks as before when a model has been open");
 
+  // A square that shows an image of two pixels twice: red and blue, with the colours of sRGB between them.
+  const square = files.readModel([text("t.obj", "usemtl a", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt 0 0", "vt 2 0", "vt 2 1", "vt 0 1",
+    "f 1/1 2/2 3/3 4/4"), text("a.mtl", "newmtl a", "map_Kd a.png"), binary("a.png", png(2, 1))]);
+  const image = { width: 2, height: 1, pixels: Uint32Array.of(0xff0000ff, 0xffbc0000) };
+  put(square, [image]);
+  module._web_camera(0, 1, 4, 0, 1, 0, 0, 0);
+  const row = render().slice(3 * size * 32, 3 * size * 33), ratio = (x) => row[3 * x + 2] / (row[3 * x] + row[3 * x + 2]);
+  const column = (u) => Math.floor(size / 2 + (2 * u - 1) * size / 2 / (4 * Math.tan(Math.PI / 8))); // of a place in the square
+  check(ratio(column(0.125)) < 0.1 && ratio(column(0.375)) > 0.9 && ratio(column(0.625)) < 0.1 && ratio(column(0.875)) > 0.9,
+    "an image is seen, twice", [0.125, 0.375, 0.625, 0.875].map((u) => ratio(column(u)).toFixed(2)).join(" "));
+  const top = 0.5029; // linear, of 188
+  check(Math.abs(row[3 * column(0.375) + 2] / row[3 * column(0.125)] - top) < 0.05, "its codes are those of sRGB");
+  check(Math.abs(ratio(column(0.25)) - top / (1 + top)) < 0.08, "it is bilinear", ratio(column(0.25)).toFixed(2));
+  check(module._web_image_room(1025, 1) === 0 && module._web_image_room(0, 1) === 0, "there is no room for an image that is too large, or empty");
   if (quick) return;
   // As large as a model may be: how much memory that takes, and that it is given back.
   const side = 707, lines = [];
@@ -386,7 +457,7 @@ async function testModule() {
       lines.push(`f ${at} ${at + 1} ${at + side + 2} ${at + side + 1}`);
     }
   const began = performance.now(), large = files.readModel([{ name: "large.obj", bytes: new TextEncoder().encode(lines.join("\n")) }]), seconds = (performance.now() - began) / 1000;
-  check(large.count === 2 * side * side, "a million triangles, about, are read", `${large.said}, in ${seconds.toFixed(1)} s`);
+  check(large.count === 2 * side * side, "a million triangles, about, are read", `${files.describe(large)}, in ${seconds.toFixed(1)} s`);
   check(put(large) === 0 && render() !== null, "and shown", `${(module.HEAPU8.length / 1e6).toFixed(0)} MB of the module's memory`);
   for (let i = 0; i < 3; i++) put(large), render(); // while the scene of before is still there
   const some = module.HEAPU8.length;
@@ -400,6 +471,7 @@ async function main() {
   files = await import(`data:text/javascript,${encodeURIComponent(source)}`); // node takes a .js for a script
   testFormats();
   testNormals();
+  testImages();
   testHostile();
   await testModule();
   console.log(failures ? `${failures} failed` : "all passed");

@@ -281,6 +281,28 @@ async function files() {
   await page.waitForFunction(() => parseInt(document.getElementById("samples").textContent, 10) >= 16, { timeout: 20000 });
   await page.screenshot({ path: "out/web-files.png" });
   await refused("a model that is refused leaves this one", [at("lines.obj")], /line 2: a face names vertex 1 of 1|vertex 2 of 1/);
+  // An image: of one colour, then cut in two.
+  const image = await page.evaluate(() => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 2000, height: 500 }), pen = canvas.getContext("2d");
+    pen.fillStyle = "#00c000";
+    pen.fillRect(0, 0, 2000, 500);
+    return canvas.toDataURL().replace(/^.*,/, "");
+  });
+  write("flat.obj", "mtllib flat.mtl", "v -1 0 0", "v 1 0 0", "v 1 2 0", "v -1 2 0", "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1",
+    "usemtl flat", "f 1/1 2/2 3/3 4/4");
+  write("flat.mtl", "newmtl flat", "Kd 1 1 1", "map_Kd green.png");
+  const flat = ["flat.mtl", "flat.obj", "green.png"].map(at);
+  for (const [sentence, bytes, told, good] of [
+    ["an image is seen", Buffer.from(image, "base64"), /^flat\.obj: 2 triangles, 1 material$/, ([x, y]) => y > 100 && y > 3 * x],
+    ["one that ends early is not", Buffer.from(image, "base64").subarray(0, 200), /; not used: textures$/, ([x, y]) => Math.abs(x - y) < 12]]) {
+    fs.writeFileSync(at("green.png"), bytes);
+    await pictureAfter(page, () => drop(page, flat));
+    await page.waitForFunction(() => !document.getElementById("message").textContent);
+    const colour = await middleOf();
+    check(sentence, told.test(await text(page, "#model-said")) && good(colour), `${await text(page, "#model-said")}: ${colour.slice(0, 3)}`);
+  }
+  const again1 = await pictureAfter(page, () => drop(page, [at("ball.mtl"), at("ball.obj")]));
+  check("the first model, dropped again, is the picture of before", again1.checksum === red.checksum);
   const room = (code) => Promise.all(page.workers().map((one) => one.evaluate(code)));
   await room("room = module._web_model_room, module._web_model_room = () => 0");
   const stays = await pictureAfter(page, () => drop(page, [at("wedge.stl")]));

@@ -1,6 +1,7 @@
 // Models from files that someone drops on the page: .obj with .mtl, .stl, .ply, .glb and .gltf with .bin.
 //
 //   readModel([{ name, bytes }, ...], { zUp })   the model of these files, or an Error whose message is one sentence
+//   describe(model)                              the sentence that says what it is
 //
 // Files come from anywhere: no count, offset or index is believed before it has been compared with what is there, so
 // work and memory are bounded by the limits below. A model is at most 2 m large, stands on y = 0 around the y axis, and
@@ -15,11 +16,14 @@ const MOST_LINE = 1e6;         // characters of a line of text
 const MOST_HEADER = 100000;    // bytes before the data of a PLY file
 const MOST_COORDINATE = 1e30;
 const MOST_RADIANCE = 1e6;
+const MOST_TEXCOORD = 1e4;     // beyond, single precision has no texels left
 const MOST_FACES_SMOOTHED = 64; // around a vertex; where there are more, they are flat
 const SIZE = 2;                // of a model
 const SMOOTH_COSINE = 0.5;     // normals are smoothed between faces up to 60 degrees apart
 const COAT_ROUGHNESS = 0.3;    // what is not metal and smoother gets a coat that reflects
-export const MATERIAL_WORDS = 11;
+const MOST_IMAGES = 16;
+const MOST_PIXELS = 2 ** 26;   // of an image as it is in its file
+export const MATERIAL_WORDS = 12;
 
 export const READABLE = [".obj", ".stl", ".ply", ".glb", ".gltf"];
 
@@ -71,10 +75,11 @@ class Triangles {
   }
 
   resize(room) {
-    const { points, normals, materials } = this;
+    const { points, normals, materials, texcoords } = this;
     this.points = new Float64Array(9 * room);
     this.normals = new Float32Array(9 * room);
     this.materials = new Uint32Array(room);
+    if (texcoords) (this.texcoords = new Float32Array(6 * room)).set(texcoords);
     if (!points) return;
     this.points.set(points);
     this.normals.set(normals);
@@ -91,6 +96,15 @@ class Triangles {
         if (normals && which[k] >= 0) this.normals[9 * this.count + 3 * k + a] = normals[3 * which[k] + a];
       }
     this.materials[this.count++] = material;
+  }
+
+  // Gives the triangle that was added last coordinates in its image: two at each of `which`, row 0 of the image at v = 0.
+  map(texcoords, which) {
+    this.texcoords ??= new Float32Array(6 * this.materials.length);
+    for (let k = 0; k < 6; k++) {
+      const x = texcoords[2 * which[k >> 1] + k % 2];
+      this.texcoords[6 * (this.count - 1) + k] = Math.abs(x) < MOST_TEXCOORD ? x : 0;
+    }
   }
 }
 
@@ -190,22 +204,45 @@ function smooth(points, normals, triangles) {
 
 // --- materials ---
 
-const GREY = { base: [0.8, 0.8, 0.8], metallic: 0, roughness: 1, emission: [0, 0, 0] };
+const GREY = { base: [0.8, 0.8, 0.8], metallic: 0, roughness: 1, emission: [0, 0, 0], image: null };
+
+// Width and height of a PNG or JPEG image, from its first bytes; null if it is another one, or one that is too large.
+export function imageSize(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  let size = null;
+  if (bytes.length >= 24 && view.getUint32(0) === 0x89504e47) size = [view.getUint32(16), view.getUint32(20)];
+  else if (bytes.length >= 4 && view.getUint16(0) === 0xffd8)
+    for (let at = 2; at + 9 <= bytes.length && bytes[at] === 0xff && !size; at += 2 + view.getUint16(at + 2))
+      if (bytes[at + 1] >= 0xc0 && bytes[at + 1] <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(bytes[at + 1]))
+        size = [view.getUint16(at + 7), view.getUint16(at + 5)];
+  return size && size[0] * size[1] > 0 && size[0] * size[1] <= MOST_PIXELS ? size : null;
+}
+
+// The place of a material's image among those that are used; -1: none.
+function imageNumber({ image }, images, unused) {
+  if (!image) return -1;
+  const known = images.findIndex((one) => one === image.bytes);
+  if (known >= 0) return known;
+  if (images.length < MOST_IMAGES && imageSize(image.bytes)) return images.push(image.bytes) - 1;
+  unused.add("textures");
+  return -1;
+}
 
 // What the module is told of a material: albedo, reflectance, radiance, exponent of the Phong lobe (-1: none), index of
-// the coat (0: none). What is metal reflects its base colour, but for the square of its roughness, by which it stays
+// the coat (0: none), number of the image (-1: none). What is metal reflects its base colour, but for the square of its roughness, by which it stays
 // diffuse. The exponent is 1 / (2 roughness^4) - 1/2: about the lobe around the mirror's direction of a microfacet
 // surface with alpha = roughness^2.
-export function materialWords({ base, metallic, roughness, emission }) {
+export function materialWords({ base, metallic, roughness, emission }, image = -1) {
   const mirror = metallic * (1 - roughness * roughness);
   const coat = metallic === 0 && roughness < COAT_ROUGHNESS ? 1.5 : 0;
   const exponent = Math.min(1e6, 0.5 / Math.max(roughness, 0.01) ** 4 - 0.5);
   return [...base.map((x) => x * (1 - mirror)), ...base.map((x) => x * mirror), ...emission,
-    (mirror || coat) && roughness > 0.05 ? exponent : -1, coat];
+    (mirror || coat) && roughness > 0.05 ? exponent : -1, coat, image];
 }
 
-// The model as the page and its workers want it: points and normals of all corners, the material of each triangle and
-// its words, and the sentence that says what it is. `unused` is what the file has and the page leaves out.
+// The model as the page and its workers want it: points, normals and, unless they are null, texture coordinates of all
+// corners, the material of each triangle and its words, images, and what describe() says. `unused` is what the file has
+// and the page leaves out.
 function finish(name, triangles, materials, unused, remark, zUp) {
   const count = triangles.count;
   if (count === 0) refuse("it has no triangles");
@@ -218,11 +255,17 @@ function finish(name, triangles, materials, unused, remark, zUp) {
   smooth(points, normals, count);
 
   const used = [...new Set(triangles.materials.subarray(0, count))].filter((i) => materials[i] !== GREY).length;
-  const words = new Float32Array(MATERIAL_WORDS * materials.length);
-  materials.forEach((one, i) => words.set(materialWords(one), MATERIAL_WORDS * i));
-  const said = `${name}: ${counted(count, "triangle")}${used ? `, ${counted(used, "material")}` : ""}` +
+  const words = new Float32Array(MATERIAL_WORDS * materials.length), images = [];
+  const texcoords = triangles.texcoords?.slice(0, 6 * count) ?? null;
+  materials.forEach((one, i) =>
+    words.set(materialWords(one, texcoords ? imageNumber(one, images, unused) : -1), MATERIAL_WORDS * i));
+  return { name, count, used, unused, remark, points, normals, texcoords, words, images, zUp,
+    materials: triangles.materials.slice(0, count) };
+}
+
+export function describe({ name, count, used, unused, remark }) {
+  return `${name}: ${counted(count, "triangle")}${used ? `, ${counted(used, "material")}` : ""}` +
     `${unused.size ? `; not used: ${[...unused].join(", ")}` : ""}${remark ? `; ${remark}` : ""}`;
-  return { name, said, count, points, normals, words, zUp, materials: triangles.materials.slice(0, count) };
 }
 
 function checkMaterials(materials) {
@@ -249,8 +292,11 @@ const numbersOf = (words, from, count) => Array.from({ length: count }, (_, i) =
 
 // --- .obj and .mtl ---
 
-// Adds what a .mtl file says of materials to `known`: colour, and what shines.
-function readMtl(bytes, known, unused) {
+// A file that was dropped along, by the name at the end of a path.
+const droppedAlong = (others, way) => others.find((one) => one.name === way.split(/[/\\]/).pop());
+
+// Adds what a .mtl file says of materials to `known`: colour, its image, and what shines.
+function readMtl(bytes, known, others, unused) {
   let one = null;
   eachLine(bytes, ([key, ...words], number, line) => {
     const colour = () => {
@@ -262,6 +308,8 @@ function readMtl(bytes, known, unused) {
     else if (!one) return;
     else if (key === "Kd") one.base = colour().map(clamp);
     else if (key === "Ke") one.emission = colour().map((x) => Math.max(0, Math.min(MOST_RADIANCE, x)));
+    else if (key === "map_Kd" && words[0] && !words[0].startsWith("-") && droppedAlong(others, line.slice(6).trim()))
+      one.image = droppedAlong(others, line.slice(6).trim());
     else if (/^(map_|bump|disp|decal|refl)/.test(key)) unused.add("textures");
     else if (key === "Ks" && colour().some((x) => x > 0)) unused.add("highlights");
     else if (key === "d" ? Number(words[0]) < 1 : key === "Tr" && Number(words[0]) > 0) unused.add("transparency");
@@ -269,10 +317,11 @@ function readMtl(bytes, known, unused) {
 }
 
 function readObj(file, others, options) {
-  const points = new Points(), normals = new Points(), triangles = new Triangles(), unused = new Set();
+  const points = new Points(), normals = new Points(), texcoords = [], triangles = new Triangles(), unused = new Set();
   const known = new Map(), materials = [GREY], numbers = new Map(), libraries = new Set();
   let material = 0;
-  for (const other of others.filter((one) => extension(one.name) === ".mtl")) readMtl(other.bytes, known, unused);
+  for (const other of others.filter((one) => extension(one.name) === ".mtl"))
+    readMtl(other.bytes, known, others, unused);
 
   // The place of a vertex or normal that a face names: from 1 on, or backwards from -1 on.
   const placeOf = (word, of, number) => {
@@ -288,17 +337,22 @@ function readObj(file, others, options) {
       checkPoint(`line ${number}`, x, y, z);
       (key === "v" ? points : normals).add(x, y, z);
       if (key === "v" && words.length > 6) unused.add("vertex colours");
+    } else if (key === "vt") {
+      if (texcoords.length < 2 * MOST_VERTICES) texcoords.push(Number(words[1]), 1 - Number(words[2]));
     } else if (key === "f") {
-      const corners = [], which = [];
+      const corners = [], which = [], mapped = [];
       for (let i = 1; i < words.length; i++) {
-        const [v, , n] = words[i].split("/");
+        const [v, t, n] = words[i].split("/");
         corners.push(placeOf(v, points, number));
+        if (t) mapped.push(t < 0 ? texcoords.length / 2 + Number(t) : t - 1);
         which.push(n ? placeOf(n, normals, number) : -1);
       }
       if (corners.length < 3) unused.add("points and lines");
-      for (let i = 2; i < corners.length; i++)
-        triangles.add(points.values, [corners[0], corners[i - 1], corners[i]], normals.values,
-          [which[0], which[i - 1], which[i]], material);
+      for (let i = 2; i < corners.length; i++) {
+        const three = [0, i - 1, i];
+        triangles.add(points.values, three.map((k) => corners[k]), normals.values, three.map((k) => which[k]), material);
+        if (mapped.length === corners.length && materials[material].image) triangles.map(texcoords, three.map((k) => mapped[k]));
+      }
     } else if (key === "usemtl") {
       const name = line.slice(6).trim();
       if (!numbers.has(name)) {
@@ -514,10 +568,8 @@ function glbParts({ bytes }) {
   return parts.json ? parts : refuse("it has no JSON part");
 }
 
-// The bytes of a buffer: embedded, a file that was dropped along, or the binary part.
-function bufferBytes(buffer, index, binary, others) {
-  const { uri } = buffer;
-  if (uri === undefined) return (index === 0 && binary) || refuse(`it has no data for buffer ${index}`);
+// The bytes that an address leads to: embedded, or of a file that was dropped along.
+function bytesAt(uri, index, others) {
   if (typeof uri !== "string") refuse(`buffer ${index} has an address that is no text`);
   if (uri.startsWith("data:")) {
     const comma = uri.indexOf(",");
@@ -536,9 +588,7 @@ function bufferBytes(buffer, index, binary, others) {
   try {
     name = decodeURIComponent(uri);
   } catch { /* it is a name with a % */ }
-  name = name.split(/[/\\]/).pop();
-  const other = others.find((one) => one.name === name);
-  return other ? other.bytes : refuse(`it needs ${brief(name)}: drop both together`);
+  return droppedAlong(others, name)?.bytes ?? refuse(`it needs ${brief(name.split(/[/\\]/).pop())}: drop both together`);
 }
 
 function parseGltf(text) {
@@ -556,12 +606,16 @@ function parseGltf(text) {
   return gltf;
 }
 
-// A function of an accessor's number: { count, at(i, k) }, of `size` numbers each, which are read when asked for.
+// Two functions. accessor(number, size): { count, at(i, k) }, of `size` numbers each, which are read when asked for.
+// image(reference to a texture): its { bytes }.
 function accessorReader(gltf, binary, others, unused) {
   const buffers = new Map(), known = new Map();
   const bufferOf = (index) => {
-    if (!buffers.has(index))
-      buffers.set(index, bufferBytes(named(gltf.buffers, index, "buffer"), index, binary, others));
+    if (!buffers.has(index)) {
+      const { uri } = named(gltf.buffers, index, "buffer");
+      buffers.set(index, uri !== undefined ? bytesAt(uri, index, others)
+        : (index === 0 && binary) || refuse(`it has no data for buffer ${index}`));
+    }
     return buffers.get(index);
   };
   function open(index, size) {
@@ -581,11 +635,30 @@ function accessorReader(gltf, binary, others, unused) {
     const at = (i, k) => data[get](from + stride * i + width * k, true);
     return { count, at: accessor.normalized ? (i, k) => Math.max(-1, at(i, k) / one) : at };
   }
-  return (index, size) => {
+  const accessor = (index, size) => {
     const key = `${index} ${size}`;
     if (!known.has(key)) known.set(key, open(index, size));
     return known.get(key);
   };
+  // The bytes of an image; null if they cannot be had.
+  const image = ({ index, extensions }) => {
+    const { source } = named(gltf.textures, index, "texture");
+    if (source === undefined || extensions?.KHR_texture_transform) return null;
+    if (known.has(`image ${source}`)) return known.get(`image ${source}`);
+    const { uri, bufferView } = named(gltf.images, source, "image");
+    let bytes = null;
+    if (bufferView !== undefined) {
+      const { buffer, byteOffset = 0, byteLength } = named(gltf.bufferViews, bufferView, "bufferView");
+      const all = bufferOf(buffer);
+      if (![byteOffset, byteLength].every(whole) || byteOffset + byteLength > all.length)
+        refuse(`image ${source} goes beyond its buffer`);
+      bytes = all.subarray(byteOffset, byteOffset + byteLength);
+    } else if (typeof uri === "string" && (uri.startsWith("data:") || droppedAlong(others, uri)))
+      bytes = bytesAt(uri, source, others);
+    known.set(`image ${source}`, bytes && { bytes });
+    return known.get(`image ${source}`);
+  };
+  return { accessor, image };
 }
 
 // Matrices as glTF has them: column by column, three rows of four columns.
@@ -612,13 +685,17 @@ const cofactors = (m) => [0, 3, 6].flatMap((c) => [0, 1, 2].map((a) => {
 }));
 
 // What textures would say is taken as it is most often: not metallic, rough, and dark where nothing shines.
-function gltfMaterial(from, unused) {
+function gltfMaterial(from, imageOf, unused) {
   const pbr = from.pbrMetallicRoughness ?? {}, extensions = from.extensions ?? {};
   const strength = numberOr(extensions.KHR_materials_emissive_strength?.emissiveStrength, 1);
   const plain = !pbr.metallicRoughnessTexture, dark = Boolean(from.emissiveTexture);
-  if (!plain || dark || pbr.baseColorTexture || from.normalTexture || from.occlusionTexture) unused.add("textures");
+  const image = pbr.baseColorTexture ? imageOf(pbr.baseColorTexture) : null;
+  if (pbr.baseColorTexture && !image) unused.add("textures");
+  if (!plain || dark || from.normalTexture || from.occlusionTexture) unused.add("textures of other kinds than colour");
   if (/^(BLEND|MASK)$/.test(from.alphaMode) || extensions.KHR_materials_transmission) unused.add("transparency");
   return {
+    image,
+    texCoord: pbr.baseColorTexture?.texCoord ?? 0,
     base: numbersOr(pbr.baseColorFactor, [1, 1, 1, 1]).slice(0, 3).map(clamp),
     metallic: plain ? clamp(numberOr(pbr.metallicFactor, 1)) : 0,
     roughness: plain ? clamp(numberOr(pbr.roughnessFactor, 1)) : 1,
@@ -628,7 +705,7 @@ function gltfMaterial(from, unused) {
 }
 
 // Adds the triangles of a primitive as a node shows it.
-function addPrimitive(primitive, matrix, accessor, material, triangles, unused) {
+function addPrimitive(primitive, matrix, accessor, number, material, triangles, unused) {
   const mode = primitive.mode ?? 4, attributes = primitive.attributes ?? {};
   if (![4, 5, 6].includes(mode)) {
     unused.add("points and lines");
@@ -641,6 +718,10 @@ function addPrimitive(primitive, matrix, accessor, material, triangles, unused) 
   const fromNormal = attributes.NORMAL === undefined ? null : accessor(attributes.NORMAL, 3);
   if (fromNormal && fromNormal.count !== from.count)
     refuse(`a primitive has ${fromNormal.count} normals for ${from.count} vertices`);
+  const place = material.image ? attributes[`TEXCOORD_${material.texCoord}`] : undefined;
+  const fromImage = place === undefined ? null : accessor(place, 2);
+  if (fromImage && fromImage.count !== from.count)
+    refuse(`a primitive has ${fromImage.count} texture coordinates for ${from.count} vertices`);
   const indices = primitive.indices === undefined ? null : accessor(primitive.indices, 1);
   const corners = indices ? indices.count : from.count;
   const made = mode === 4 ? Math.floor(corners / 3) : Math.max(0, corners - 2);
@@ -650,12 +731,14 @@ function addPrimitive(primitive, matrix, accessor, material, triangles, unused) 
   const mirrored = matrix[0] * cofactor[0] + matrix[1] * cofactor[1] + matrix[2] * cofactor[2] < 0;
   const size = (Math.max(...cofactor.map(Math.abs)) || 1) * (mirrored ? -1 : 1);
   const points = new Float64Array(9), normals = fromNormal && new Float64Array(9), three = [0, 1, 2];
+  const texcoords = new Float64Array(6);
   function readCorner(k, i) {
     const index = indices ? indices.at(i, 0) : i;
     if (!whole(index) || index >= from.count) refuse(`a primitive names vertex ${index} of ${from.count}`);
     const [x, y, z] = three.map((a) => from.at(index, a));
     for (const a of three) points[3 * k + a] = turned(matrix, x, y, z, a) + matrix[9 + a];
     checkPoint(`vertex ${index} of a primitive`, points[3 * k], points[3 * k + 1], points[3 * k + 2]);
+    if (fromImage) texcoords.set([fromImage.at(index, 0), fromImage.at(index, 1)], 2 * k);
     if (!normals) return;
     const [u, v, w] = three.map((a) => fromNormal.at(index, a));
     for (const a of three) normals[3 * k + a] = turned(cofactor, u, v, w, a) / size;
@@ -665,7 +748,8 @@ function addPrimitive(primitive, matrix, accessor, material, triangles, unused) 
     readCorner(0, a);
     readCorner(1, mirrored ? c : b);
     readCorner(2, mirrored ? b : c);
-    triangles.add(points, three, normals, three, material);
+    triangles.add(points, three, normals, three, number);
+    if (fromImage) triangles.map(texcoords, three);
   }
 }
 
@@ -678,7 +762,8 @@ function cornersOf(mode, i) {
 
 function readGltf(file, others, options) {
   const { json, binary } = extension(file.name) === ".glb" ? glbParts(file) : { json: file.bytes };
-  const gltf = parseGltf(json), unused = new Set(), accessor = accessorReader(gltf, binary, others, unused);
+  const gltf = parseGltf(json), unused = new Set();
+  const { accessor, image } = accessorReader(gltf, binary, others, unused);
   const triangles = new Triangles(), materials = [GREY], numbers = new Map();
   const listed = (list) => (Array.isArray(list) ? list : []);
   for (const what of ["animations", "skins", "cameras"]) if (listed(gltf[what]).length) unused.add(what);
@@ -688,7 +773,7 @@ function readGltf(file, others, options) {
     if (index === undefined) return 0;
     if (!numbers.has(index)) {
       checkMaterials(materials);
-      numbers.set(index, materials.push(gltfMaterial(named(gltf.materials, index, "material"), unused)) - 1);
+      numbers.set(index, materials.push(gltfMaterial(named(gltf.materials, index, "material"), image, unused)) - 1);
     }
     return numbers.get(index);
   };
@@ -710,7 +795,8 @@ function readGltf(file, others, options) {
     if (node.mesh === undefined) continue;
     for (const primitive of listed(named(gltf.meshes, node.mesh, "mesh").primitives)) {
       if (++parts > MOST_PARTS) refuseMore(MOST_PARTS, "parts");
-      addPrimitive(primitive ?? {}, matrix, accessor, materialOf(primitive?.material), triangles, unused);
+      const number = materialOf(primitive?.material);
+      addPrimitive(primitive ?? {}, matrix, accessor, number, materials[number], triangles, unused);
     }
   }
   return finish(file.name, triangles, materials, unused, "", options.zUp ?? false);

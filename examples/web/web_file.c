@@ -1,5 +1,6 @@
 /* A model from a file, as files.js has read it, on a floor under a light: web_model_room, and from where it says on all
-   corners' positions and normals, the materials' words and the triangles' materials; then web_open_model of web.c. */
+   corners' positions and normals, the materials' words, the triangles' materials and, if there are any, the corners'
+   texture coordinates; web_image_room for each image; then web_open_model of web.c. */
 #include "web.h"
 
 #include <math.h>
@@ -7,7 +8,9 @@
 #include <string.h>
 
 enum {
-  MATERIAL_WORDS = 11, /* as in files.js: albedo, reflectance, emission, exponent, index of the coat */
+  MATERIAL_WORDS = 12, /* as in files.js: albedo, reflectance, emission, exponent, index of the coat, image or -1 */
+  MOST_IMAGES = 16,
+  MOST_EDGE = 1024, /* pixels of an image, along an edge */
   MOST_TRIANGLES = 1000000,
   MOST_MATERIALS = 20000
 };
@@ -20,20 +23,87 @@ enum {
 
 static const float zenith[3] = {0.34f, 0.47f, 0.66f}, horizon[3] = {0.70f, 0.73f, 0.77f};
 
+typedef struct image {
+  int32_t width, height;
+  uint32_t pixels[]; /* red in the lowest byte, then green and blue: sRGB */
+} image;
+
 static struct {
   float *words; /* what waits to be opened, NULL: nothing */
-  unsigned triangles, materials;
+  unsigned triangles, materials, textured, image_count;
+  image *images[MOST_IMAGES], *shown[MOST_IMAGES]; /* those that wait, and those of the model that is open */
 } model;
 
-/* Makes room for a model, that of one which was not opened included. NULL: there is not enough memory. */
-WEB_EXPORT float *web_model_room(unsigned triangles, unsigned materials) {
+/* Forgets what waits. */
+static void forget(void) {
+  for (int i = 0; i < MOST_IMAGES; i++) {
+    free(model.images[i]);
+    model.images[i] = NULL;
+  }
+  model.image_count = 0;
   free(model.words);
   model.words = NULL;
+}
+
+/* Makes room for a model, with texture coordinates if `textured` is not 0. NULL: there is not enough memory. */
+WEB_EXPORT float *web_model_room(unsigned triangles, unsigned materials, unsigned textured) {
+  forget();
   if (triangles == 0 || triangles > MOST_TRIANGLES || materials == 0 || materials > MOST_MATERIALS) return NULL;
   model.triangles = triangles;
   model.materials = materials;
-  model.words = (float *)malloc(((size_t)triangles * 19 + (size_t)materials * MATERIAL_WORDS) * sizeof(float));
+  model.textured = textured;
+  const size_t of_triangle = textured ? 25 : 19;
+  model.words = (float *)malloc((triangles * of_triangle + (size_t)materials * MATERIAL_WORDS) * sizeof(float));
   return model.words;
+}
+
+/* Makes room for the next image of the model. NULL: there is not enough memory. */
+WEB_EXPORT uint32_t *web_image_room(unsigned width, unsigned height) {
+  if (model.image_count == MOST_IMAGES || width - 1 >= MOST_EDGE || height - 1 >= MOST_EDGE) return NULL;
+  image *const made = (image *)malloc(sizeof(image) + (size_t)width * height * sizeof(uint32_t));
+  if (!made) return NULL;
+  made->width = (int32_t)width;
+  made->height = (int32_t)height;
+  model.images[model.image_count++] = made;
+  return made->pixels;
+}
+
+/* Linear values of the codes of sRGB. */
+static const float *linear_values(void) {
+  static float values[256];
+  for (int i = 0; values[255] == 0 && i < 256; i++) {
+    const double code = i / 255.0;
+    values[i] = (float)(code <= 0.04045 ? code / 12.92 : pow((code + 0.055) / 1.055, 2.4));
+  }
+  return values;
+}
+
+/* Multiplies colours by those of an image, which repeats; between the middles of pixels they are bilinear. */
+static void image_texture(void *user, const pktrt_points *points) {
+  const image *const from = (const image *)user;
+  const float *const linear = linear_values();
+  for (uint32_t i = 0; i < points->n; i++) {
+    float part[2];
+    int32_t at[2][2]; /* column and row of the pixels before and behind the point */
+    for (int a = 0; a < 2; a++) {
+      const int32_t edge = a ? from->height : from->width;
+      const float place = points->texcoord[a][i], inside = (place - floorf(place)) * (float)edge + (float)edge - 0.5f;
+      const int32_t before = (int32_t)inside;
+      part[a] = inside - (float)before;
+      at[0][a] = before % edge;
+      at[1][a] = (before + 1) % edge;
+    }
+    for (int c = 0; c < 3; c++) {
+      float value = 0;
+      for (int k = 0; k < 4; k++) {
+        const int x = k & 1, y = k >> 1;
+        const uint32_t pixel = from->pixels[at[y][1] * from->width + at[x][0]];
+        value += (x ? part[0] : 1 - part[0]) * (y ? part[1] : 1 - part[1]) * linear[pixel >> (8 * c) & 255];
+      }
+      points->albedo[c][i] *= value;
+      points->reflectance[c][i] *= value;
+    }
+  }
 }
 
 /* Radiance from all around: a pale sky, which is the same from the horizon down. */
@@ -116,6 +186,10 @@ static pktrt_status add_materials(pktrt_scene *scene, const float *words) {
     }
     material.lobe = words[9] >= 0 ? PKTRT_LOBE_PHONG : PKTRT_LOBE_IDEAL;
     material.exponent = words[9] >= 0 ? words[9] : 0;
+    if (words[11] >= 0 && words[11] < (float)model.image_count) {
+      material.texture = image_texture;
+      material.user = model.images[(int)words[11]];
+    }
     const pktrt_status status = pktrt_add_material(scene, &material, NULL);
     if (status != PKTRT_OK) return status;
   }
@@ -134,6 +208,7 @@ static pktrt_status add_model(pktrt_scene *scene) {
   mesh.vertex_count = model.triangles * 3;
   mesh.triangle_count = model.triangles;
   mesh.triangle_materials = number;
+  if (model.textured) mesh.texcoords = (const float *)(number + model.triangles);
 
   const pktrt_status status = add_materials(scene, materials);
   return status == PKTRT_OK ? pktrt_add_mesh(scene, &mesh, NULL) : status;
@@ -183,7 +258,14 @@ pktrt_scene *web_model_scene(double light_size, pktrt_render_desc *view, double 
       scene && add_model(scene) == PKTRT_OK && add_floor(scene) == PKTRT_OK && add_light(scene, light_size) == PKTRT_OK;
   free(model.words); /* before the tree takes memory */
   model.words = NULL;
-  if (added && pktrt_commit(scene) == PKTRT_OK) return scene;
+  const bool good = added && pktrt_commit(scene) == PKTRT_OK;
+  for (int i = 0; good && i < MOST_IMAGES; i++) { /* the scene of before is not rendered any more */
+    free(model.shown[i]);
+    model.shown[i] = model.images[i];
+    model.images[i] = NULL;
+  }
+  forget();
+  if (good) return scene;
   pktrt_scene_destroy(scene);
   return NULL;
 }

@@ -2,7 +2,7 @@
 // look.js, one at a time: {code} the compiled module, {open} a scene or a model, {band} some rows of a picture. What it cannot do it
 // says in {failed}.
 "use strict";
-const MATERIAL_WORDS = 11; // as in files.js
+const MATERIAL_WORDS = 12; // as in files.js
 importScripts("pktrt.js");
 
 let module = null;
@@ -31,14 +31,18 @@ function floats(pointer, count) {
 // of before.
 function open({ scene, light, model }) {
   if (model) {
-    const room = module._web_model_room(model.count, model.words.length / MATERIAL_WORDS) >> 2;
-    if (!room) throw new Error("there is not enough memory for the model");
-    let at = room;
-    for (const values of [model.points, model.normals, model.words]) {
-      module.HEAPF32.set(values, at);
+    const { points, normals, words, materials, texcoords, images } = model;
+    let at = module._web_model_room(model.count, words.length / MATERIAL_WORDS, texcoords !== null) >> 2;
+    if (!at) throw new Error("there is not enough memory for the model");
+    for (const values of [points, normals, words, materials, texcoords ?? []]) {
+      (values === materials ? module.HEAPU32 : module.HEAPF32).set(values, at);
       at += values.length;
     }
-    module.HEAPU32.set(model.materials, at);
+    for (const { width, height, pixels } of images) {
+      const room = module._web_image_room(width, height) >> 2;
+      if (!room) throw new Error("there is not enough memory for its images");
+      module.HEAPU32.set(pixels, room);
+    }
   }
   must(model ? module._web_open_model(light) : module._web_open(scene, light));
   shutterOpen = false;

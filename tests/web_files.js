@@ -131,7 +131,7 @@ function testFormats() {
   const two = text("t.obj", "mtllib some.mtl", ...objLines.slice(0, 4), "usemtl red one", "f 1 3 2", "usemtl lamp", "f 1 2 4");
   const mtl = text("some.mtl", "newmtl red one", "Kd 0.5 0.25 2", "map_Kd red.png", "newmtl lamp", "Ke 3 2 1", "d 0.5");
   reads("with its .mtl file", [two, mtl], "t.obj: 2 triangles, 2 materials; not used: textures, transparency",
-    ({ words, materials }) => same(materials, [1, 2]) && same(words.slice(12, 15), [0.5, 0.25, 1]) && same(words.slice(30, 33), [3, 2, 1]));
+    ({ words, materials }) => same(materials, [1, 2]) && same(words.slice(13, 16), [0.5, 0.25, 1]) && same(words.slice(32, 35), [3, 2, 1]));
   reads("without it", two, "t.obj: 2 triangles; grey, for want of its materials: drop some.mtl along with it");
   reads("with normals of its own", text("t.obj", ...objLines.slice(0, 4), "vn 0 0 -2", "vn 0 0 0", "f 1//1 3//1 2//2"),
     "t.obj: 1 triangle", ({ normals }) => same(normals, [0, 0, -1, 0, 0, -1, 0, 0, -1]));
@@ -148,7 +148,7 @@ function testFormats() {
 
   // The triangle lies from x = 10 to 12, of which the model's size makes 2.
   const triangle = (model) => same(cornersOf(model), [-1, 0, 0, 1, 0, 0, -1, 1, 0]) && same(model.normals, [0, 0, 1, 0, 0, 1, 0, 0, 1]) &&
-    same(model.words.slice(12), [1, 0.5, 0, 0, 0, 0, 0, 0.25, 0, -1, 0, -1]);
+    same(model.words.slice(13), [1, 0.5, 0, 0, 0, 0, 0, 0.25, 0, -1, 0, -1, 0]);
   reads("a .gltf file with data of its own", gltfFile(), "t.gltf: 1 triangle, 1 material", triangle);
   reads("a .glb file", glb(), "t.glb: 1 triangle, 1 material", triangle);
   const apart = gltfFile((it) => { it.buffers[0].uri = "the%20data.bin"; });
@@ -171,7 +171,7 @@ function testFormats() {
     it.materials[0].alphaMode = "BLEND";
   }), "t.gltf: 1 triangle, 1 material; not used: animations, textures of other kinds than colour, transparency");
   const metal = files.materialWords({ base: [1, 0.5, 0], metallic: 1, roughness: 0.5, emission: [0, 0, 0] });
-  check(same(metal, [0.25, 0.125, 0, 0.75, 0.375, 0, 0, 0, 0, 7.5, 0, -1]), "metal reflects its colour", metal.join(" "));
+  check(same(metal, [0.25, 0.125, 0, 0.75, 0.375, 0, 0, 0, 0, 7.5, 0, -1, 0]), "metal reflects its colour", metal.join(" "));
   check(files.materialWords({ base: [1, 1, 1], metallic: 0, roughness: 0.1, emission: [0, 0, 0] })[10] === 1.5,
     "what is smooth and not metal has a coat");
 }
@@ -192,14 +192,14 @@ function testImages() {
   check(same(files.imageSize(jpeg(300, 7)), [300, 7]), "the size of a JPEG image");
   for (const [what, bytes] of [["one that is too large", png(8193, 8192)], ["one without pixels", jpeg(0, 9)], ["one that ends early", png(9, 9).subarray(0, 23)],
     ["a JPEG that ends early", jpeg(9, 9).subarray(0, 16)], ["one of another kind", Buffer.from("RIFF....WEBPVP8 ............")],
-    ["a JPEG of nothing but lengths of 0", Buffer.from([0xff, 0xd8, ...new Array(1000).fill([0xff, 0xe0, 0, 0]).flat()])]])
+    ["a JPEG with tables alone", Buffer.from([0xff, 0xd8, 0xff, 0xc4, 0, 17, 8, 0, 9, 0, 9, 3])], ["a JPEG of nothing but lengths of 0", Buffer.from([0xff, 0xd8, ...new Array(1000).fill([0xff, 0xe0, 0, 0]).flat()])]])
     check(files.imageSize(bytes) === null, `${what} is not used`);
 
   const lines = [...objLines.slice(0, 4), "vt 0.25 0.75", "vt 1 0", "vt 1e9 x", "usemtl a", "f 1/1 3/-2 2/3", "usemtl b", "f 1/1 2/2 4/2"];
   const mtl = text("a.mtl", "newmtl a", "Kd 1 1 1", "map_Kd some\\where/a b.png", "newmtl b", "map_Kd other.png");
   const image = binary("a b.png", png(2, 2));
   reads("an .obj file with an image", [text("t.obj", ...lines), mtl, image], "t.obj: 2 triangles, 2 materials; not used: textures",
-    ({ images, words, texcoords }) => images.length === 1 && words[23] === 0 && words[35] === -1 &&
+    ({ images, words, texcoords }) => images.length === 1 && words[24] === 0 && words[37] === -1 &&
       same(texcoords, [0.25, 0.25, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0]));
   reads("without it", [text("t.obj", ...lines), mtl], "t.obj: 2 triangles, 2 materials; not used: textures", (model) => !model.texcoords);
   const mapped = (change = () => {}) => gltfFile((it) => {
@@ -214,11 +214,19 @@ function testImages() {
     change(it);
   });
   reads("a .gltf file with an image", mapped(), "t.gltf: 1 triangle, 1 material", ({ images, words, texcoords }) =>
-    images.length === 1 && same(files.imageSize(images[0]), [2, 2]) && words[23] === 0 && same(texcoords, [0, 0, 1, 0, 0, 0.2]));
-  for (const [what, change] of [["in a file that is not there", (it) => { it.images = [{ uri: "a.png" }]; }], ["that is turned", (it) => {
-    it.materials[0].pbrMetallicRoughness.baseColorTexture.extensions = { KHR_texture_transform: {} };
-  }], ["of an unknown kind", (it) => { it.bufferViews[4].byteOffset = 0; }]])
-    reads(`an image ${what} is not used`, mapped(change), "t.gltf: 1 triangle, 1 material; not used: textures", ({ words }) => words[23] === -1);
+    images.length === 1 && same(files.imageSize(images[0]), [2, 2]) && words[24] === 0 && words[25] === 0 && same(texcoords, [0, 0, 1, 0, 0, 0.2]));
+  for (const [what, change] of [["in a file that is not there", (it) => { it.images = [{ uri: "a.png" }]; }], ["of an unknown kind", (it) => { it.bufferViews[4].byteOffset = 0; }]])
+    reads(`an image ${what} is not used`, mapped(change), "t.gltf: 1 triangle, 1 material; not used: textures", ({ words }) => words[24] === -1);
+  reads("an image that is scaled, turned and moved", mapped((it) => {
+    it.materials[0].pbrMetallicRoughness.baseColorTexture.extensions = { KHR_texture_transform: { scale: [2, 1], offset: [0.5, 0],
+      rotation: Math.PI / 2 } };
+  }), "t.gltf: 1 triangle, 1 material", ({ texcoords }) => same(texcoords, [0.5, 0, 0.5, -2, 0.7, 0]));
+  reads("two materials with one image", mapped((it) => {
+    it.materials.push({ pbrMetallicRoughness: { baseColorTexture: { index: 0 } } });
+    it.meshes[0].primitives.push({ ...it.meshes[0].primitives[0], material: 1 });
+  }), "t.gltf: 2 triangles, 2 materials", ({ images, words }) => images.length === 1 && words[24] === 0 && words[37] === 0);
+  reads("an image with holes", mapped((it) => { it.materials[0].alphaMode = "MASK"; }), "t.gltf: 1 triangle, 1 material",
+    ({ words }) => words[25] === 1);
   for (const [what, change, pattern] of [["a texture that is not there", (it) => { it.textures = []; }, /it names texture 0/],
     ["an image that is not there", (it) => { it.images = []; }, /it names image 0/],
     ["an image beyond its buffer", (it) => { it.bufferViews[4].byteLength = 25; }, /image 0 goes beyond its buffer/],
@@ -446,6 +454,12 @@ async function testModule() {
   const top = 0.5029; // linear, of 188
   check(Math.abs(row[3 * column(0.375) + 2] / row[3 * column(0.125)] - top) < 0.05, "its codes are those of sRGB");
   check(Math.abs(ratio(column(0.25)) - top / (1 + top)) < 0.08, "it is bilinear", ratio(column(0.25)).toFixed(2));
+  square.words[files.MATERIAL_WORDS + 12] = 1;
+  put(square, [{ ...image, pixels: Uint32Array.of(0xff0000ff, 0x00bc0000) }]);
+  module._web_camera(0, 1, 4, 0, 1, 0, 0, 0);
+  const holes = render().slice(3 * size * 32, 3 * size * 33);
+  check(same(holes.slice(3 * column(0.125), 3 * column(0.125) + 3), row.slice(3 * column(0.125), 3 * column(0.125) + 3)) &&
+    holes[3 * column(0.375)] > 0.2, "it has holes where it is transparent", [...holes.slice(3 * column(0.375), 3 * column(0.375) + 3)].join(" "));
   check(module._web_image_room(1025, 1) === 0 && module._web_image_room(0, 1) === 0, "there is no room for an image that is too large, or empty");
   if (quick) return;
   // As large as a model may be: how much memory that takes, and that it is given back.

@@ -23,7 +23,7 @@ const SMOOTH_COSINE = 0.5;     // normals are smoothed between faces up to 60 de
 const COAT_ROUGHNESS = 0.3;    // what is not metal and smoother gets a coat that reflects
 const MOST_IMAGES = 16;
 const MOST_PIXELS = 2 ** 26;   // of an image as it is in its file
-export const MATERIAL_WORDS = 12;
+export const MATERIAL_WORDS = 13;
 
 export const READABLE = [".obj", ".stl", ".ply", ".glb", ".gltf"];
 
@@ -229,15 +229,15 @@ function imageNumber({ image }, images, unused) {
 }
 
 // What the module is told of a material: albedo, reflectance, radiance, exponent of the Phong lobe (-1: none), index of
-// the coat (0: none), number of the image (-1: none). What is metal reflects its base colour, but for the square of its roughness, by which it stays
+// the coat (0: none), number of the image (-1: none), whether there is nothing where the image is transparent. What is metal reflects its base colour, but for the square of its roughness, by which it stays
 // diffuse. The exponent is 1 / (2 roughness^4) - 1/2: about the lobe around the mirror's direction of a microfacet
 // surface with alpha = roughness^2.
-export function materialWords({ base, metallic, roughness, emission }, image = -1) {
+export function materialWords({ base, metallic, roughness, emission, cutout = false }, image = -1) {
   const mirror = metallic * (1 - roughness * roughness);
   const coat = metallic === 0 && roughness < COAT_ROUGHNESS ? 1.5 : 0;
   const exponent = Math.min(1e6, 0.5 / Math.max(roughness, 0.01) ** 4 - 0.5);
   return [...base.map((x) => x * (1 - mirror)), ...base.map((x) => x * mirror), ...emission,
-    (mirror || coat) && roughness > 0.05 ? exponent : -1, coat, image];
+    (mirror || coat) && roughness > 0.05 ? exponent : -1, coat, image, cutout];
 }
 
 // The model as the page and its workers want it: points, normals and, unless they are null, texture coordinates of all
@@ -641,9 +641,9 @@ function accessorReader(gltf, binary, others, unused) {
     return known.get(key);
   };
   // The bytes of an image; null if they cannot be had.
-  const image = ({ index, extensions }) => {
+  const image = ({ index }) => {
     const { source } = named(gltf.textures, index, "texture");
-    if (source === undefined || extensions?.KHR_texture_transform) return null;
+    if (source === undefined) return null;
     if (known.has(`image ${source}`)) return known.get(`image ${source}`);
     const { uri, bufferView } = named(gltf.images, source, "image");
     let bytes = null;
@@ -692,10 +692,16 @@ function gltfMaterial(from, imageOf, unused) {
   const image = pbr.baseColorTexture ? imageOf(pbr.baseColorTexture) : null;
   if (pbr.baseColorTexture && !image) unused.add("textures");
   if (!plain || dark || from.normalTexture || from.occlusionTexture) unused.add("textures of other kinds than colour");
-  if (/^(BLEND|MASK)$/.test(from.alphaMode) || extensions.KHR_materials_transmission) unused.add("transparency");
+  const cutout = image !== null && /^(BLEND|MASK)$/.test(from.alphaMode); // where it is more than half transparent
+  if (from.alphaMode === "BLEND" || extensions.KHR_materials_transmission) unused.add("transparency");
+  const place = pbr.baseColorTexture?.extensions?.KHR_texture_transform ?? {};
   return {
     image,
-    texCoord: pbr.baseColorTexture?.texCoord ?? 0,
+    cutout,
+    texCoord: place.texCoord ?? pbr.baseColorTexture?.texCoord ?? 0,
+    offset: numbersOr(place.offset, [0, 0]),
+    scale: numbersOr(place.scale, [1, 1]),
+    rotation: numberOr(place.rotation, 0), // counter-clockwise, as images are seen
     base: numbersOr(pbr.baseColorFactor, [1, 1, 1, 1]).slice(0, 3).map(clamp),
     metallic: plain ? clamp(numberOr(pbr.metallicFactor, 1)) : 0,
     roughness: plain ? clamp(numberOr(pbr.roughnessFactor, 1)) : 1,
@@ -731,14 +737,18 @@ function addPrimitive(primitive, matrix, accessor, number, material, triangles, 
   const mirrored = matrix[0] * cofactor[0] + matrix[1] * cofactor[1] + matrix[2] * cofactor[2] < 0;
   const size = (Math.max(...cofactor.map(Math.abs)) || 1) * (mirrored ? -1 : 1);
   const points = new Float64Array(9), normals = fromNormal && new Float64Array(9), three = [0, 1, 2];
-  const texcoords = new Float64Array(6);
+  const texcoords = new Float64Array(6), [cos, sin] = [Math.cos(material.rotation), Math.sin(material.rotation)];
   function readCorner(k, i) {
     const index = indices ? indices.at(i, 0) : i;
     if (!whole(index) || index >= from.count) refuse(`a primitive names vertex ${index} of ${from.count}`);
     const [x, y, z] = three.map((a) => from.at(index, a));
     for (const a of three) points[3 * k + a] = turned(matrix, x, y, z, a) + matrix[9 + a];
     checkPoint(`vertex ${index} of a primitive`, points[3 * k], points[3 * k + 1], points[3 * k + 2]);
-    if (fromImage) texcoords.set([fromImage.at(index, 0), fromImage.at(index, 1)], 2 * k);
+    if (fromImage) {
+      const [s, t] = material.scale.map((scale, a) => scale * fromImage.at(index, a));
+      texcoords[2 * k] = cos * s + sin * t + material.offset[0];
+      texcoords[2 * k + 1] = cos * t - sin * s + material.offset[1];
+    }
     if (!normals) return;
     const [u, v, w] = three.map((a) => fromNormal.at(index, a));
     for (const a of three) normals[3 * k + a] = turned(cofactor, u, v, w, a) / size;

@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum {
-  MATERIAL_WORDS = 12, /* as in files.js: albedo, reflectance, emission, exponent, index of the coat, image or -1 */
+  MATERIAL_WORDS = 13, /* as in files.js: albedo, reflectance, emission, exponent, index of the coat, image, cutout */
   MOST_IMAGES = 16,
   MOST_EDGE = 1024, /* pixels of an image, along an edge */
   MOST_TRIANGLES = 1000000,
@@ -25,7 +25,7 @@ static const float zenith[3] = {0.34f, 0.47f, 0.66f}, horizon[3] = {0.70f, 0.73f
 
 typedef struct image {
   int32_t width, height;
-  uint32_t pixels[]; /* red in the lowest byte, then green and blue: sRGB */
+  uint32_t pixels[]; /* from the lowest byte up red, green, blue in sRGB, and opacity */
 } image;
 
 static struct {
@@ -93,16 +93,19 @@ static void image_texture(void *user, const pktrt_points *points) {
       at[0][a] = before % edge;
       at[1][a] = (before + 1) % edge;
     }
-    for (int c = 0; c < 3; c++) {
-      float value = 0;
-      for (int k = 0; k < 4; k++) {
-        const int x = k & 1, y = k >> 1;
-        const uint32_t pixel = from->pixels[at[y][1] * from->width + at[x][0]];
-        value += (x ? part[0] : 1 - part[0]) * (y ? part[1] : 1 - part[1]) * linear[pixel >> (8 * c) & 255];
-      }
-      points->albedo[c][i] *= value;
-      points->reflectance[c][i] *= value;
+    float value[3] = {0, 0, 0}, opacity = 0;
+    for (int k = 0; k < 4; k++) {
+      const int x = k & 1, y = k >> 1;
+      const uint32_t pixel = from->pixels[at[y][1] * from->width + at[x][0]];
+      const float weight = (x ? part[0] : 1 - part[0]) * (y ? part[1] : 1 - part[1]);
+      for (int c = 0; c < 3; c++) value[c] += weight * linear[pixel >> (8 * c) & 255];
+      opacity += weight * (float)(pixel >> 24) / 255;
     }
+    for (int c = 0; c < 3; c++) {
+      points->albedo[c][i] *= value[c];
+      points->reflectance[c][i] *= value[c];
+    }
+    points->opacity[i] = opacity; /* which counts for cutouts alone */
   }
 }
 
@@ -188,6 +191,7 @@ static pktrt_status add_materials(pktrt_scene *scene, const float *words) {
     material.exponent = words[9] >= 0 ? words[9] : 0;
     if (words[11] >= 0 && words[11] < (float)model.image_count) {
       material.texture = image_texture;
+      material.cutout = words[12] > 0;
       material.user = model.images[(int)words[11]];
     }
     const pktrt_status status = pktrt_add_material(scene, &material, NULL);

@@ -2,7 +2,7 @@
 // look.js, one at a time: {code} the compiled module, {open} a scene or a model, {band} some rows of a picture. What it cannot do it
 // says in {failed}.
 "use strict";
-const MATERIAL_WORDS = 12; // as in files.js
+const MATERIAL_WORDS = 13; // as in files.js
 importScripts("pktrt.js");
 
 let module = null;

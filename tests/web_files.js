@@ -162,6 +162,9 @@ function testFormats() {
   reads("a node that turns, by a quaternion", gltfFile((it) => {
     it.nodes[1] = { mesh: 0, rotation: [0, 0, Math.SQRT1_2, Math.SQRT1_2] };
   }), "t.gltf: 1 triangle, 1 material", (model) => same(cornersOf(model), [1, 0, 0, 1, 2, 0, -1, 0, 0]));
+  reads("a node that is turned, below one that is scaled", gltfFile((it) => {
+    it.nodes = [{ children: [1], scale: [2, 1, 1] }, { mesh: 0, rotation: [0, 0, Math.SQRT1_2, Math.SQRT1_2] }];
+  }), "t.gltf: 1 triangle, 1 material", (model) => same(cornersOf(model), [1, 0, 0, 1, 1, 0, -1, 0, 0]));
   reads("a strip without indices", gltfFile((it) => {
     it.meshes[0].primitives = [{ attributes: { POSITION: 0 }, mode: 5 }, { attributes: { POSITION: 0 }, mode: 0 }];
   }), "t.gltf: 1 triangle; not used: points and lines");
@@ -224,7 +227,7 @@ function testImages() {
   reads("two materials with one image", mapped((it) => {
     it.materials.push({ pbrMetallicRoughness: { baseColorTexture: { index: 0 } } });
     it.meshes[0].primitives.push({ ...it.meshes[0].primitives[0], material: 1 });
-  }), "t.gltf: 2 triangles, 2 materials", ({ images, words }) => images.length === 1 && words[24] === 0 && words[37] === 0);
+  }), "t.gltf: 2 triangles, 2 materials", ({ images, words }) => images.length === 1 && words[files.IMAGE_WORD + 13] === 0 && words[37] === 0);
   reads("an image with holes", mapped((it) => { it.materials[0].alphaMode = "MASK"; }), "t.gltf: 1 triangle, 1 material",
     ({ words }) => words[25] === 1);
   for (const [what, change, pattern] of [["a texture that is not there", (it) => { it.textures = []; }, /it names texture 0/],
@@ -333,6 +336,12 @@ function testHostile() {
   broken("a stride of nothing", (it) => { it.bufferViews[0].byteStride = 0; }, /accessor 0 goes beyond its buffer/);
   broken("a count between two", (it) => { it.accessors[0].count = 2.5; }, /accessor 0 goes beyond its buffer/);
   broken("a vertex that is not there", (it) => { it.bufferViews[1].byteOffset = 56; }, /a primitive names vertex 127 of 3/);
+  broken("a vertex before the first", (it) => {
+    const bytes = Buffer.from(gltfBytes);
+    bytes.writeInt8(-1, 49);
+    it.accessors[2].componentType = 5120;
+    it.buffers[0].uri = `data:;base64,${bytes.toString("base64")}`;
+  }, /a primitive names vertex -1 of 3/);
   broken("fewer normals than vertices", (it) => { it.accessors[1].count = 2; }, /a primitive has 2 normals for 3 vertices/);
   broken("positions of two numbers", (it) => { it.accessors[0].type = "VEC2"; }, /accessor 0 is not of 3 numbers/);
   broken("components of no kind", (it) => { it.accessors[0].componentType = "constructor"; }, /accessor 0 is not of 3 numbers/);
@@ -351,6 +360,7 @@ function testHostile() {
   broken("a matrix of words", (it) => { it.nodes[1] = { mesh: 0, matrix: new Array(16).fill("a") }; }, /a factor that is no number/);
   broken("a matrix of two", (it) => { it.nodes[1] = { mesh: 0, matrix: [1, 0] }; }, /it has \[1,0\] where 16 numbers should be/);
   broken("data that are not base 64", (it) => { it.buffers[0].uri = "data:;base64,%%"; }, /buffer 0 is not in base 64/);
+  broken("data in another code", (it) => { it.buffers[0].uri = "data:application/octet-stream,abc"; }, /embedded, but not in base 64/);
   broken("data from elsewhere", (it) => { it.buffers[0].uri = "https://elsewhere.invalid/a.bin"; }, /it needs a\.bin: drop both/);
   for (const change of [(it) => { it.nodes = null; }, (it) => { it.meshes = 5; }, (it) => { it.accessors = ["a"]; },
     (it) => { it.materials = [null]; }, (it) => { it.scenes = [null]; }, (it) => { it.buffers = {}; }])

@@ -24,6 +24,7 @@ const COAT_ROUGHNESS = 0.3;    // what is not metal and smoother gets a coat tha
 const MOST_IMAGES = 16;
 const MOST_PIXELS = 2 ** 26;   // of an image as it is in its file
 export const MATERIAL_WORDS = 13;
+export const IMAGE_WORD = 11;
 
 export const READABLE = [".obj", ".stl", ".ply", ".glb", ".gltf"];
 
@@ -98,7 +99,7 @@ class Triangles {
     this.materials[this.count++] = material;
   }
 
-  // Gives the triangle that was added last coordinates in its image: two at each of `which`, row 0 of the image at v = 0.
+  // Gives the triangle that was added last coordinates in its image: two at each of `which`. Row 0 is at v = 0.
   map(texcoords, which) {
     this.texcoords ??= new Float32Array(6 * this.materials.length);
     for (let k = 0; k < 6; k++) {
@@ -229,9 +230,11 @@ function imageNumber({ image }, images, unused) {
 }
 
 // What the module is told of a material: albedo, reflectance, radiance, exponent of the Phong lobe (-1: none), index of
-// the coat (0: none), number of the image (-1: none), whether there is nothing where the image is transparent. What is metal reflects its base colour, but for the square of its roughness, by which it stays
-// diffuse. The exponent is 1 / (2 roughness^4) - 1/2: about the lobe around the mirror's direction of a microfacet
-// surface with alpha = roughness^2.
+// the coat (0: none), number of the image (-1: none), whether there is nothing where the image is transparent.
+//
+// What is metal reflects its base colour, but for the square of its roughness, by which it stays diffuse. The exponent
+// is 1 / (2 roughness^4) - 1/2: about the lobe around the mirror's direction of a microfacet surface with alpha =
+// roughness^2.
 export function materialWords({ base, metallic, roughness, emission, cutout = false }, image = -1) {
   const mirror = metallic * (1 - roughness * roughness);
   const coat = metallic === 0 && roughness < COAT_ROUGHNESS ? 1.5 : 0;
@@ -351,7 +354,8 @@ function readObj(file, others, options) {
       for (let i = 2; i < corners.length; i++) {
         const three = [0, i - 1, i];
         triangles.add(points.values, three.map((k) => corners[k]), normals.values, three.map((k) => which[k]), material);
-        if (mapped.length === corners.length && materials[material].image) triangles.map(texcoords, three.map((k) => mapped[k]));
+        if (mapped.length === corners.length && materials[material].image)
+          triangles.map(texcoords, three.map((k) => mapped[k]));
       }
     } else if (key === "usemtl") {
       const name = line.slice(6).trim();
@@ -731,7 +735,6 @@ function addPrimitive(primitive, matrix, accessor, number, material, triangles, 
   const indices = primitive.indices === undefined ? null : accessor(primitive.indices, 1);
   const corners = indices ? indices.count : from.count;
   const made = mode === 4 ? Math.floor(corners / 3) : Math.max(0, corners - 2);
-  if (triangles.count + made > MOST_TRIANGLES) refuseMore(MOST_TRIANGLES, "triangles");
 
   const cofactor = cofactors(matrix);
   const mirrored = matrix[0] * cofactor[0] + matrix[1] * cofactor[1] + matrix[2] * cofactor[2] < 0;

@@ -1,6 +1,6 @@
 // Reads files that were dropped, apart from the page: one that takes long holds nothing up, and can be given up. The page
 // sends {files, options}, as files.js wants them, and hears {model} or {refused}.
-import { describe, imageSize, MATERIAL_WORDS, readModel } from "./files.js";
+import { describe, IMAGE_WORD, imageSize, MATERIAL_WORDS, readModel } from "./files.js";
 
 const LARGEST = 1024; // pixels along an edge of an image, as it is used
 
@@ -31,7 +31,7 @@ async function decoded(bytes) {
 async function decodeImages(model) {
   const images = [];
   for (const bytes of model.images) images.push(await decoded(bytes)); // one by one, for they are large
-  for (let at = MATERIAL_WORDS - 1; at < model.words.length; at += MATERIAL_WORDS)
+  for (let at = IMAGE_WORD; at < model.words.length; at += MATERIAL_WORDS)
     if (model.words[at] >= 0 && !images[model.words[at]]) {
       model.words[at] = -1;
       model.unused.add("textures");

@@ -118,8 +118,8 @@ static void sky(void *user, uint32_t n, const float *const direction[3], float *
   }
 }
 
-/* The floor turns into the horizon as it gets farther, so that no edge is seen. It is there from above alone, so that one
-   can look at a model from below. */
+/* The floor turns into the horizon as it gets farther, so that no edge is seen. It is there from above alone, so that
+   one can look at a model from below. */
 static void floor_texture(void *user, const pktrt_points *points) {
   (void)user;
   for (uint32_t i = 0; i < points->n; i++) {

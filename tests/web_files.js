@@ -266,6 +266,14 @@ function testHostile() {
   refuses("a line without end", text("t.obj", "v 0 0 0", `f${" 1".repeat(600000)}`), /line 2 has more than 1,000,000 characters/);
   refuses("lines joined without end", { name: "t.obj", bytes: Buffer.alloc(4e6, "\\\n") }, /more than 1,000,000 characters/);
   refuses("faces beyond the limit", obj(...new Array(11).fill(`f${" 1".repeat(100000)}`)), /it has more than 1,000,000 triangles/, 5000);
+  const many = Array.from({ length: 10001 }, (_, i) => `${i}`);
+  refuses("more materials than may be", [obj(...many.flatMap((i) => [`usemtl ${i}`, "f 1 2 3"])),
+    text("a.mtl", ...many.flatMap((i) => [`newmtl ${i}`, "Kd 1 0 0"]))], /it has more than 10,000 materials/, 5000);
+  const began = performance.now(), around = many.map((i) => `v ${Math.cos(i / 1000)} ${Math.sin(i / 1000)} 0`);
+  const fan = many.slice(2).map((i) => `f 1 ${i} ${+i + 1}\n`.repeat(15));
+  files.readModel([text("t.obj", "v 0 0 0", around.join("\n"), fan.join(""))]);
+  check(performance.now() - began < 20000, "150,000 triangles around a vertex are read in bounded time",
+    `${(performance.now() - began).toFixed(0)} ms`);
   refuses("a colour that is NaN", [obj("f 1 2 3"), text("a.mtl", "newmtl a", "Kd x")], /line 2 of its \.mtl file: Kd x is not a colour/);
 
   refuses("a binary .stl file that ends early", { ...binaryStl(soup, 4, 20), name: "u.stl" }, /^u\.stl is refused: /);
@@ -288,8 +296,8 @@ function testHostile() {
     refuses(`${count} vertices announced`, textPly(count), /it announces [0-9,]* elements vertex, but has/);
     refuses(`${count} faces announced, in binary`, binaryPly(true, { polygons: count }), /it announces [0-9,]* elements face, but has/);
   }
-  const many = ["ply", "format binary_little_endian 1.0", "element vertex 3000001", ...["x", "y", "z"].map((a) => `property char ${a}`), "end_header", ""];
-  refuses("more vertices than may be", binary("t.ply", Buffer.from(many.join("\n")), Buffer.alloc(9000003)),
+  const tiny = ["ply", "format binary_little_endian 1.0", "element vertex 3000001", ...["x", "y", "z"].map((a) => `property char ${a}`), "end_header", ""];
+  refuses("more vertices than may be", binary("t.ply", Buffer.from(tiny.join("\n")), Buffer.alloc(9000003)),
     /it has more than 3,000,000 vertices/);
   refuses("-1 vertices", textPly(-1), /it announces -1 of vertex/);
   refuses("vertices of NaN", textPly(4, 4, [["nan", 0, 0], ...corners.slice(1)]), /vertex 0: a coordinate is not a number/);

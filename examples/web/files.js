@@ -567,7 +567,7 @@ function glbParts({ bytes }) {
     if (at + 8 + size > bytes.length) refuse("it ends within one of its parts");
     if (kind === 0x4e4f534a) parts.json ??= bytes.subarray(at + 8, at + 8 + size);
     if (kind === 0x004e4942) parts.binary ??= bytes.subarray(at + 8, at + 8 + size);
-    at += 8 + size + (-size & 3);
+    at += 8 + size;
   }
   return parts.json ? parts : refuse("it has no JSON part");
 }

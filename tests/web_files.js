@@ -460,7 +460,7 @@ async function testModule() {
   check(sum() === before, "a scene of the page's own looks as before when a model has been open");
 
   // A square that shows an image of two pixels twice: red and blue, with the colours of sRGB between them.
-  const square = files.readModel([text("t.obj", "usemtl a", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt 0 0", "vt 2 0", "vt 2 1", "vt 0 1",
+  const square = files.readModel([text("t.obj", "usemtl a", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt -1 0", "vt 1 0", "vt 1 1", "vt -1 1",
     "f 1/1 2/2 3/3 4/4"), text("a.mtl", "newmtl a", "map_Kd a.png"), binary("a.png", png(2, 1))]);
   const image = { width: 2, height: 1, pixels: Uint32Array.of(0xff0000ff, 0xffbc0000) };
   put(square, [image]);
@@ -472,6 +472,8 @@ async function testModule() {
   const top = 0.5029; // linear, of 188
   check(Math.abs(row[3 * column(0.375) + 2] / row[3 * column(0.125)] - top) < 0.05, "its codes are those of sRGB");
   check(Math.abs(ratio(column(0.25)) - top / (1 + top)) < 0.08, "it is bilinear", ratio(column(0.25)).toFixed(2));
+  module._web_pose(0, 0.01);
+  check(same(render().slice(3 * size * 32, 3 * size * 33), row, 0), "an open shutter leaves a model as it is");
   square.words[files.MATERIAL_WORDS + 12] = 1;
   put(square, [{ ...image, pixels: Uint32Array.of(0xff0000ff, 0x00bc0000) }]);
   module._web_camera(0, 1, 4, 0, 1, 0, 0, 0);

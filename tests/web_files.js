@@ -460,7 +460,7 @@ async function testModule() {
   check(sum() === before, "a scene of the page's own looks as before when a model has been open");
 
   // A square that shows an image of two pixels twice: red and blue, with the colours of sRGB between them.
-  const square = files.readModel([text("t.obj", "usemtl a", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt -1 0", "vt 1 0", "vt 1 1", "vt -1 1",
+  const square = files.readModel([text("t.obj", "usemtl a", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt -3 0", "vt -1 0", "vt -1 1", "vt -3 1",
     "f 1/1 2/2 3/3 4/4"), text("a.mtl", "newmtl a", "map_Kd a.png"), binary("a.png", png(2, 1))]);
   const image = { width: 2, height: 1, pixels: Uint32Array.of(0xff0000ff, 0xffbc0000) };
   put(square, [image]);

@@ -232,8 +232,8 @@ web-serve: web
 	python3 examples/web/serve.py $(WEB) $(PORT)
 
 # What node can see of it: the bits of build/render and build/walk_events, memory that stays, time (ARGS=--quick leaves out the last
-# two), and whether the course's links lead where they say. Then the page as someone would use it, in Chromium; ONLY="pictures walk"
-# picks functions of tests/web_page.js.
+# two), whether the course's links lead where they say, and models from files, hostile ones too. Then the page as someone would use
+# it, in Chromium; ONLY="pictures walk" picks functions of tests/web_page.js.
 test-web: test-web-node
 	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
 
@@ -244,6 +244,7 @@ test-web-node: web test-serve
 	$(BUILD) $(B)/render $(B)/walk_events
 	node tests/web.js $(WEB) $(B)/render $(ARGS)
 	node tests/walk.js $(WEB) $(B)/walk_events
+	node tests/web_files.js $(WEB) $(ARGS)
 
 $(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
 	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@

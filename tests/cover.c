@@ -1471,6 +1471,7 @@ static void compare_anew(pktrt_mode mode) {
     r.level[SAMPLING] = ONE_SAMPLE;
     r.level[PASSES] = ONE_PASS;
     if (r.level[LIGHT] == MESH || r.level[LIGHT] == MOVING_MESH) r.level[LIGHT] = GLOWING_PLACE;
+    if (r.level[MATERIAL] == BLEND) r.level[MATERIAL] = CUTOUT; /* no chance here */
     if (mode == PKTRT_MODE_WRT) {
       const uint8_t known[MOST_LEVELS] = {MATT,  MIRROR, MIRROR, MATT,   METAL,  METAL,
                                           METAL, MIRROR, CUTOUT, SHADER, MIRROR, CUTOUT};

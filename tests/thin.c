@@ -317,7 +317,50 @@ static void sheets_within_glass(void) {
   }
 }
 
-/* A texture that tints by place; `calls` may be NULL. */
+/* A lamp in glass, above a sheet in there: the glass below the sheet dims its light. A camera in a closed body of sheets is in no
+   glass, whatever else their material has. */
+static void sheets_are_no_glass(void) {
+  float pixel[3];
+  for (int there = 0; there < 2; there++) {
+    pktrt_scene *s = stage_open();
+    pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0), sheet = thin_of(1, 1, 0);
+    const pktrt_material ground = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
+    mesh slab = mesh_box();
+    const quad middle = quad_of(vec_of(0, 1, 0), vec_of(0, 0, 2), vec_of(2, 0, 0)),
+               floor = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 9), vec_of(9, 0, 0));
+    mesh_place(&slab, (float[3]){3, 2, 3}, (float[3]){0, 2, 0});
+    glass.ior[0] = 1, glass.absorption[0] = 0.5f;
+    stage_mesh(s, &slab, stage_material(s, &glass));
+    if (there) stage_quad(s, &middle, stage_material(s, &sheet));
+    stage_quad(s, &floor, stage_material(s, &ground));
+    pktrt_light l = light_of(PKTRT_LIGHT_POINT, 10);
+    vec_put(vec_of(0, 2, 0), l.position);
+    stage_light(s, &l);
+    stage_commit(s);
+    mesh_free(&slab);
+    pktrt_render_desc d = look_at_origin(PKTRT_MODE_WRT, 0, false, pixel);
+    d.camera.eye[1] = -0.5f, d.camera.eye[2] = 0, d.camera.target[1] = -1;
+    stage_render(s, &d);
+    const double want = 0.5 / PI * 10 / 9 * exp(-2 * 0.5);
+    CHECK(fabs((double)pixel[0] - want) < 1e-4 * want, "sheet %d: %g, not %g", there, (double)pixel[0], want);
+    pktrt_scene_destroy(s);
+  }
+
+  pktrt_scene *s = stage_open();
+  pktrt_material sheet = thin_of(1, 1, 0);
+  mesh box = mesh_box();
+  sheet.absorption[0] = sheet.absorption[1] = sheet.absorption[2] = 0.5f;
+  stage_mesh(s, &box, stage_material(s, &sheet));
+  stage_commit(s);
+  mesh_free(&box);
+  pktrt_render_desc d = look_at_origin(PKTRT_MODE_WRT, 20, false, pixel);
+  for (int a = 0; a < 3; a++) d.camera.eye[a] *= 0.2f;
+  stage_render(s, &d);
+  for (int a = 0; a < 3; a++) CHECK(near_to((double)pixel[a], below[a]), "channel %d: %g", a, (double)pixel[a]);
+  pktrt_scene_destroy(s);
+}
+
+/* A texture that tints by place. */
 static void stained(void *user, const pktrt_points *p) {
   (void)user;
   for (uint32_t i = 0; i < p->n; i++) {
@@ -395,7 +438,8 @@ static void blends_in_closed_form(void) {
     stage_commit(s);
     mesh_free(&box);
     pktrt_render_desc d = look_at_origin(i / 20 ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, 10, false, NULL);
-    d.width = d.height = 8, d.samples = 8;
+    d.width = d.height = 8,
+    d.samples = small_run ? 16 : 8; /* then an eighth; one alone would be the same for all seeds */
     const estimate e = stage_estimate(s, &d, 64);
     const double through = pow(transparency, sheets * (body ? 2 : 1)), want = 1 - through + through * below[0];
     CHECK(fabs(e.mean[0] - want) < 4 * e.error[0] + 1e-4, "case %d: %g +- %g, not %g", i, e.mean[0], e.error[0], want);
@@ -524,15 +568,16 @@ static pktrt_scene *all_open(pktrt_isa isa, int workers) {
 
 static void the_same_by_every_path(void) {
   static float want[VALUES], got[VALUES];
+  const int each = small_run ? 3 : 8;
   size_t compared = 0;
   for (int mode = 0; mode < 3; mode++)
-    for (int k = 0; k < isa_count * 8; k++) {
-      pktrt_scene *s = all_open(isas[k / 8], k % 3 ? 2 : 0);
+    for (int k = 0; k < isa_count * each; k++) {
+      pktrt_scene *s = all_open(isas[k / each], k % 3 ? 2 : 0);
       pktrt_render_desc d = room_view((pktrt_mode)mode, k ? got : want);
       d.path = (pktrt_path)(k % 3), d.packet_size = 2u << k / 3 % 4, d.samples = 2, d.seed = 5;
       d.tile_size = k % 2 ? 7 : 0, d.assembly = (pktrt_assembly)(k % (PKTRT_ASSEMBLY_NONE + 1));
       d.shadows = (pktrt_shadow_packets)(k / 2 % 2);
-      if (k % 8 == 7) d.passes = 1;
+      if (k % 8 == 2) d.passes = 1;
       stage_render(s, &d);
       if (k) compared++, CHECK(same_bits(want, got, sizeof want), "mode %d, case %d", mode, k);
       if (k == 0) {
@@ -628,6 +673,8 @@ void suite_thin(void) {
   run("stacks of thin sheets are as closed forms say", stacks_of_sheets);
   run("a white sheet of index 1 is as if it were not there, under every light", sheets_that_are_not_there);
   run("rays stay in the glass that they are in at a thin sheet", sheets_within_glass);
+  run("thin sheets are no glass: what is behind one, or within a body of them, is not dimmed, nor less",
+      sheets_are_no_glass);
   run("light falls through stained glass by the colour where it crosses", stained_glass);
   run("means of what blends are those of its opacities, in stacks, bodies and textures", blends_in_closed_form);
   run("what blends throws a shadow of its opacity", blends_in_the_light);

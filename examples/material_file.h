@@ -19,7 +19,7 @@
    Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission, opacity,
    reflectance and normals (in the space of tangents); one set of coordinates for each material.
 
-   Contents: meshes, maps, hook, classic, physical, read. */
+   Contents: meshes, maps, hook, classic, physical, strength, read. */
 #ifndef EXAMPLES_MATERIAL_FILE_H
 #define EXAMPLES_MATERIAL_FILE_H
 
@@ -93,6 +93,7 @@ typedef enum material_alpha { MATERIAL_OPAQUE = 0, MATERIAL_MASK, MATERIAL_BLEND
 typedef struct material_file {
   pktrt_material made; /* its `user` is this one, if it has a hook */
   uint32_t index;      /* in the scene */
+  bool is_default;     /* the file says nothing of it */
   material_map map[MATERIAL_MAPS];
   uint32_t coordinates; /* which set of the file's */
   float colour[3], alpha, cutoff;
@@ -391,6 +392,87 @@ static void material_read_physical(material_files *files, material_file *m, cons
     m->by_angle = true;
   }
   material_set_lobe(made, material_exponent(m->roughness), ideal);
+}
+
+/* >>strength ------------------------------------------------------------------------------------------------------- */
+
+/* How bright emission is, which assimp before 5.3 does not read of glTF: found in the file's JSON. */
+
+static const char *material_skip_blanks(const char *at, const char *end) {
+  while (at < end && (*at == ' ' || *at == '\n' || *at == '\t' || *at == '\r' || *at == ',' || *at == ':')) at++;
+  return at;
+}
+
+/* Returns where a value ends. Only brackets and strings are looked at. */
+static const char *material_skip_value(const char *at, const char *end) {
+  size_t depth = 0;
+  bool quoted = false;
+  for (; at < end; at++) {
+    if (quoted && *at == '\\') at++;
+    else if (*at == '"') quoted = !quoted;
+    else if (quoted) continue;
+    else if (*at == '{' || *at == '[') depth++;
+    else if ((*at == '}' || *at == ']' || *at == ',') && depth == 0) return at;
+    else if ((*at == '}' || *at == ']') && --depth == 0) return at + 1;
+  }
+  return end;
+}
+
+/* Returns the value of a key of the object at `at`; NULL: it is no object, or has no such key. */
+static const char *material_find_key(const char *at, const char *end, const char *key) {
+  const size_t n = strlen(key);
+  if (!at || at >= end || *at != '{') return NULL;
+  for (at = material_skip_blanks(at + 1, end); at < end && *at == '"'; at = material_skip_blanks(at, end)) {
+    const char *name = ++at;
+    while (at < end && *at != '"') at += *at == '\\' && at + 1 < end ? 2 : 1;
+    const bool same = (size_t)(at - name) == n && !memcmp(name, key, n);
+    at = material_skip_blanks(at < end ? at + 1 : end, end);
+    if (same) return at;
+    at = material_skip_value(at, end);
+  }
+  return NULL;
+}
+
+/* Multiplies the emission of a file's materials by what its JSON has for each. */
+static void material_strengthen(material_files *files, const char *json, const char *end) {
+  const char *at = material_find_key(material_skip_blanks(json, end), end, "materials");
+  if (!at || at >= end || *at != '[') return;
+  at = material_skip_blanks(at + 1, end);
+  for (uint32_t i = 0; i < files->count && at < end && *at != ']'; i++) {
+    const char *found = material_find_key(at, end, "extensions");
+    found = material_find_key(found, end, "KHR_materials_emissive_strength");
+    found = material_find_key(found, end, "emissiveStrength");
+    float *emission = files->material[i].made.emission;
+    const float strength = found ? material_within(strtof(found, NULL), 0, MATERIAL_MAX_EMISSION) : 1;
+    for (int c = 0; c < 3; c++) emission[c] = material_within(emission[c] * strength, 0, MATERIAL_MAX_EMISSION);
+    at = material_skip_blanks(material_skip_value(at, end), end);
+  }
+}
+
+/* Reads the JSON of a .gltf or .glb file for what assimp leaves out of it. */
+static void material_read_strengths(material_files *files) {
+  enum { MOST = 1 << 26 };
+  unsigned char head[20];
+  const bool binary = ex_has_suffix(files->path, ".glb");
+  if (!binary && !ex_has_suffix(files->path, ".gltf")) return;
+  FILE *file = fopen(files->path, "rb");
+  size_t n = MOST;
+  if (file && binary) {
+    const bool ok = fread(head, 1, 20, file) == 20;
+    n = ok ? head[12] | (size_t)head[13] << 8 | (size_t)head[14] << 16 | (size_t)head[15] << 24 : 0;
+  } else if (file && fseek(file, 0, SEEK_END) == 0) {
+    const long size = ftell(file);
+    n = size > 0 ? (size_t)size : 0;
+    rewind(file);
+  }
+  char *json = file && n > 0 && n <= MOST ? (char *)malloc(n + 1) : NULL;
+  if (json) {
+    n = fread(json, 1, n, file);
+    json[n] = 0;
+    material_strengthen(files, json, json + n);
+  }
+  free(json);
+  if (file) fclose(file);
 }
 
 /* >>read ----------------------------------------------------------------------------------------------------------- */

@@ -1097,13 +1097,16 @@ static bool mesh_file_add_materials(mesh_file_reader *r) {
       coloured[r->file->mMeshes[i]->mMaterialIndex] = true;
   for (unsigned i = 0; ok && i < n; i++) {
     material_file *m = &files->material[files->count++];
-    float colour[3];
     const C_STRUCT aiMaterial *from = r->file->mMaterials[i];
     if (!r->plain) material_read(files, m, from, coloured[i]);
-    else if (material_colour(from, "$clr.diffuse", 1, colour)) memcpy(m->made.albedo, colour, sizeof colour);
-    else continue;
+    else if (!material_colour(from, "$clr.diffuse", 1, m->made.albedo)) m->is_default = true;
     r->to->scatters = r->to->scatters || m->made.specular != PKTRT_SPECULAR_NONE;
-    ok = pktrt_add_material(r->world, &m->made, &m->index) == PKTRT_OK || mesh_file_refused(r);
+  }
+  if (ok && !r->plain && aiGetVersionMajor() * 100 + aiGetVersionMinor() < 503) material_read_strengths(files);
+  for (unsigned i = 0; ok && i < n; i++) {
+    material_file *m = &files->material[i];
+    if (!m->is_default)
+      ok = pktrt_add_material(r->world, &m->made, &m->index) == PKTRT_OK || mesh_file_refused(r);
   }
   free(coloured);
   return ok;

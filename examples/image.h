@@ -1,14 +1,15 @@
-/* Pictures as textures and as environments: .png, .jpg, .bmp, .tga and .hdr by stb_image, if it is there (Debian's libstb-dev),
-   or bytes that the program has.
+/* Pictures as textures and as environments: .png, .jpg, .bmp, .tga and .hdr by stb_image, if it is there (Debian's
+   libstb-dev), or bytes that the program has.
 
-   Where things are in a picture: u runs from its left edge, 0, to its right edge, 1, and v from its LOWER edge, 0, to its
-   upper edge, 1, as in OBJ files and in what assimp makes of any file. Texel i of n, counted from the left or from below, has
-   its centre at (i + 0.5) / n; there image_at returns it unmixed. Between centres the four nearest are mixed, in linear light.
+   Where things are in a picture: u runs from its left edge, 0, to its right edge, 1, and v from its LOWER edge, 0, to
+   its upper edge, 1, as in OBJ files and in what assimp makes of any file. Texel i of n, counted from the left or from
+   below, has its centre at (i + 0.5) / n; there image_at returns it unmixed. Between centres the four nearest are
+   mixed, in linear light.
 
-   Files come from anywhere: their sizes are limited, and what is corrupt is refused. Include after common.h and pktrt.h.
-   The same file gives the same bits everywhere, but for .jpg, which stb_image decodes by the vectors of the machine.
+   Files come from anywhere: their sizes are limited, and what is corrupt is refused. The same file gives the same bits
+   everywhere. Include after common.h and pktrt.h.
 
-   Contents: image, stb, load, texture, environment. */
+   Contents: image, load, texture, environment. */
 #ifndef EXAMPLES_IMAGE_H
 #define EXAMPLES_IMAGE_H
 
@@ -24,14 +25,14 @@
 #define IMAGE_MAX_SIZE 16384u       /* texels along an edge */
 #define IMAGE_MAX_TEXELS (1u << 27) /* of a picture: 16384 x 8192, half a gigabyte, as floats three times that */
 #define IMAGE_MAX_BYTES (1u << 30)  /* of a file */
-#define IMAGE_TEXELS_A_BYTE 8300u   /* more than any of the formats can pack: a PNG of one colour has 8 x 1032 */
 
 #ifdef HAVE_STB_IMAGE
-#ifdef __GNUC__ /* not static, for it declares functions that it leaves out; nor seen by libraries that have it themselves */
+#ifdef __GNUC__ /* not static, for it declares functions that it leaves out; nor seen by libraries that have it, too */
 #define STBIDEF extern __attribute__((visibility("hidden")))
 #endif
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_NO_STDIO
+#define STBI_NO_SIMD /* whose .jpg differ from machine to machine */
 #define STBI_FAILURE_USERMSG
 #define STBI_MAX_DIMENSIONS 16384
 #define STBI_ONLY_JPEG
@@ -107,8 +108,8 @@ static void image_texel(const image *picture, size_t column, size_t row, double 
   rgba[3] = (double)code[3] / 255;
 }
 
-/* Gets the linear values at (u, v), mixed of the four nearest texels; alpha is 1 where the file has none. u and v that are not
-   finite count as 0. No picture is white. */
+/* Gets the linear values at (u, v), mixed of the four nearest texels; alpha is 1 where the file has none. u and v that
+   are not finite count as 0. No picture is white. */
 EX_UNUSED static void image_at(const image *picture, float u, float v, image_wrap wrap_u, image_wrap wrap_v,
                                float rgba[4]) {
   if (!picture->codes && !picture->floats) {
@@ -160,6 +161,14 @@ EX_UNUSED static bool image_from_rgba8(image *picture, uint32_t width, uint32_t 
 
 #ifdef HAVE_STB_IMAGE
 
+/* Returns how many texels a byte of a file may hold at most: of a PNG of one colour 8 x 1032, of a JPEG a block of 32 x 32 in
+   18 bits, of others a run of 128 in two bytes. */
+static unsigned image_texels_a_byte(const unsigned char *bytes, int size) {
+  if (size < 2) return 0;
+  if (bytes[0] == 0x89 && bytes[1] == 'P') return 8256;
+  return bytes[0] == 0xff && bytes[1] == 0xd8 ? 512 : 64;
+}
+
 /* Looks at the first bytes, before anything is allocated. */
 static bool image_check_size(const char *name, const unsigned char *bytes, int size) {
   int width = 0, height = 0, channels = 0;
@@ -170,13 +179,13 @@ static bool image_check_size(const char *name, const unsigned char *bytes, int s
       (uint64_t)width * (uint64_t)height > IMAGE_MAX_TEXELS)
     return ex_fail("%s: a picture of %d x %d, %u along an edge and %u texels in all are the most", name, width, height,
                    IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
-  if ((uint64_t)width * (uint64_t)height > (uint64_t)size * IMAGE_TEXELS_A_BYTE)
+  if ((uint64_t)width * (uint64_t)height > (uint64_t)size * image_texels_a_byte(bytes, size))
     return ex_fail("%s: announces a picture of %d x %d, which %d bytes cannot hold", name, width, height, size);
   return true;
 }
 
-/* Reads a picture from the bytes of a file; `name` is for what is said. srgb: codes of 8 bits are colours; floats, as those of
-   .hdr, are linear anyway. False after saying why not; then it is none. */
+/* Reads a picture from the bytes of a file; `name` is for what is said. srgb: codes of 8 bits are colours; floats, as
+   those of .hdr, are linear anyway. False after saying why not; then it is none. */
 EX_UNUSED static bool image_load_memory(image *picture, const char *name, const void *bytes, size_t size, bool srgb) {
   const unsigned char *from = (const unsigned char *)bytes;
   int width = 0, height = 0, channels = 0;
@@ -279,9 +288,9 @@ EX_UNUSED static void image_texture(void *user, const pktrt_points *points) {
 
 /* >>environment ---------------------------------------------------------------------------------------------------- */
 
-/* The `user` of a render whose `environment` is image_environment: a picture of all directions, twice as wide as high, the
-   zenith along its upper edge. Its middle is at -z, or where z is up, at +y, and what is right of it in the picture is
-   towards +x. */
+/* The `user` of a render whose `environment` is image_environment: a picture of all directions, twice as wide as high,
+   the zenith along its upper edge. Its middle is at -z, or where z is up, at +y, and what is right of it in the picture
+   is towards +x. */
 typedef struct image_environment_user {
   const image *picture;
   float turn; /* degrees about the upward axis, counter-clockwise seen from above: so far the picture's middle moves */
@@ -289,8 +298,8 @@ typedef struct image_environment_user {
   bool up_z;      /* z is up; else y */
 } image_environment_user;
 
-/* Returns the arc tangent of x in [0,1], in radians: plain arithmetic, so the same bits everywhere. The angle is halved three
-   times, to 0.099 at most; there the eighth term of the series is below 1e-16. */
+/* Returns the arc tangent of x in [0,1], in radians: plain arithmetic, so the same bits everywhere. The angle is halved
+   three times, to 0.099 at most; there the eighth term of the series is below 1e-16. */
 static double image_arc_tangent(double x) {
   const double half = x / (1 + sqrt(1 + x * x));
   const double quarter = half / (1 + sqrt(1 + half * half));

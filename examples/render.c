@@ -7,6 +7,7 @@
 
 #include "filter.h"
 #include "heat.h"
+#include "image.h"
 #include "mesh_file.h"
 #include "output.h"
 #include "scenes.h"
@@ -18,7 +19,7 @@
 enum { MAX_FRAMES = 1000000, MAX_INSTANCES = 1000000, DRT_SAMPLES = 64, WHITTED_SAMPLES = 4, PASS_SAMPLES = 8 };
 
 typedef struct options {
-  const char *scene, *mesh, *output, *buffers, *error_map;
+  const char *scene, *mesh, *environment, *output, *buffers, *error_map;
   unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
   unsigned instances;                                                  /* 0: the scene itself */
   unsigned passes;                                                     /* 0: as many as it takes */
@@ -133,6 +134,10 @@ static void print_help(void) {
          "  --light-size F   quads, spheres and lamp meshes F times as wide about their middles, power unchanged\n"
          "  --mesh FILE      a mesh: .tri%s\n"
          "  --up y|z         what is up in a mesh file (default y)\n"
+         "  --environment FILE\n"
+         "                   a picture of all directions, twice as wide as high, lights what is seen: .hdr, or .png, "
+         ".jpg,\n"
+         "                   .bmp, .tga; in place of the light that a mesh else gets, beside a scene's own\n"
          "  --instances N    the mesh or scene as a model, built once and shown N times, 1 to %d, in a square\n"
          "                   field; a scene is then without its own lights and camera, seen and lit as a mesh is\n"
          "  --camera EX,EY,EZ,TX,TY,TZ\n"
@@ -213,7 +218,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 
 /* clang-format off */
 enum option_name {
-  OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
+  OPT_SCENE = 256, OPT_MESH, OPT_ENVIRONMENT, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
   OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
   OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_TONE, OPT_HEAT, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_FILTER, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
@@ -223,6 +228,7 @@ enum option_name {
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
                                             {"mesh", required_argument, NULL, OPT_MESH},
+                                            {"environment", required_argument, NULL, OPT_ENVIRONMENT},
                                             {"instances", required_argument, NULL, OPT_INSTANCES},
                                             {"camera", required_argument, NULL, OPT_CAMERA},
                                             {"up", required_argument, NULL, OPT_UP},
@@ -272,6 +278,7 @@ static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
   case OPT_SCENE: return parse_scene(text, &o->scene);
   case OPT_MESH: o->mesh = text; return true;
+  case OPT_ENVIRONMENT: o->environment = text; return true;
   case OPT_INSTANCES: return ex_parse_uint("instances", text, 1, MAX_INSTANCES, &o->instances);
   case OPT_CAMERA: o->has_camera = true; return parse_camera(text, o->camera);
   case OPT_UP: return parse_up(text, &o->up_z);
@@ -515,6 +522,17 @@ static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera 
   return add_light(world, &key) && add_light(world, &fill);
 }
 
+/* >>environment ---------------------------------------------------------------------------------------------------- */
+
+/* The picture of --environment, which is read once, and how it is looked at. */
+static image sky_picture;
+static image_environment_user sky_seen = {&sky_picture, 0, 1, false};
+
+static void sky_of_file(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user; /* the render's, which is for its progress */
+  image_environment(&sky_seen, n, direction, radiance);
+}
+
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
 enum { BUFFERS = 3 };
@@ -610,7 +628,7 @@ static bool view_bounds(job *j) {
   j->view.camera.shutter = o->shutter > 0 ? 1 : 0; /* as in take_animated_camera */
   j->view.camera.up[o->up_z ? 2 : 1] = 1;
   for (int c = 0; c < 3; c++) j->view.ambient[c] = 0.05f, j->view.background[c] = 0.08f + 0.03f * (float)c;
-  return light_mesh(j->world, o, &j->view.camera);
+  return o->environment || light_mesh(j->world, o, &j->view.camera);
 }
 
 static bool has_area(job *j) {
@@ -687,9 +705,28 @@ static bool load_field(job *j) {
   return loaded && place_instances(j, model) && view_bounds(j);
 }
 
+/* Lights what is seen by the picture of --environment, in place of ambient light and of an environment of the scene. */
+static bool add_environment(job *j) {
+  bool is_light = false;
+  if (!sky_picture.width && !image_load(&sky_picture, j->given.environment, true)) return false;
+  sky_seen.up_z = j->given.up_z;
+  j->view.environment = sky_of_file;
+  memset(j->view.ambient, 0, sizeof j->view.ambient);
+  if (j->given.instances == 0)
+    for (size_t i = 0; i < j->built_in.light_count; i++)
+      is_light = is_light || j->built_in.lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
+  pktrt_light light;
+  memset(&light, 0, sizeof light);
+  light.kind = PKTRT_LIGHT_ENVIRONMENT;
+  for (int c = 0; c < 3; c++) light.intensity[c] = 1;
+  return is_light || add_light(j->world, &light);
+}
+
 /* What is seen, its tree, and where one looks from. */
 static bool load(job *j) {
-  return j->given.instances ? load_field(j) : j->given.mesh ? load_mesh(j) : load_built_in(j);
+  const options *o = &j->given;
+  const bool loaded = o->instances ? load_field(j) : o->mesh ? load_mesh(j) : load_built_in(j);
+  return loaded && (!o->environment || add_environment(j));
 }
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
@@ -1084,6 +1121,7 @@ int main(int argc, char **argv) {
   filter_end(&j.halves);
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
+  image_free(&sky_picture);
   pktrt_scene_destroy(j.world);
   ex_threads_stop(&threads);
   if (ok && fflush(stdout) != 0) ok = ex_fail("the table could not be written: %s", strerror(errno));

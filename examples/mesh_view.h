@@ -8,6 +8,7 @@ typedef struct mesh_view {
   const char *name; /* for what is said */
   double aspect;    /* width over height */
   bool up_z, field; /* a field of instances */
+  bool lit;         /* by an environment */
 } mesh_view;
 
 /* >>frame ---------------------------------------------------------------------------------------------------------- */
@@ -184,7 +185,7 @@ static bool mesh_view_light(const mesh_view *v, const mesh_file *file, pktrt_sce
     mesh_view_up_z = v->up_z;
     view->environment = mesh_view_sky;
   }
-  *ok = own > 0 || mesh_view_light_mesh(v, world, &view->camera);
+  *ok = own > 0 || v->lit || mesh_view_light_mesh(v, world, &view->camera);
   return own > 0;
 }
 

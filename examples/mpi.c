@@ -139,8 +139,9 @@ static bool hash_file(const char *path, uint64_t *sum) {
 static bool settings_key(const mpi_options *m, uint64_t *key) {
   const options *o = &m->of;
   char text[1024];
-  uint64_t mesh = 14695981039346656037u;
+  uint64_t mesh = 14695981039346656037u, sky = mesh;
   if (o->mesh && !hash_file(o->mesh, &mesh)) return false;
+  if (o->environment && !hash_file(o->environment, &sky)) return false;
   int n =
       snprintf(text, sizeof text, "%d %s %llx %u %u %u %u %d %u %u %u %d %u %d %d %d %d %d %g %g %g %g %g %u %u %g %d",
                PKTRT_VERSION, o->scene ? o->scene : "", (unsigned long long)mesh, o->up_z, o->instances, o->width,
@@ -149,7 +150,7 @@ static bool settings_key(const mpi_options *m, uint64_t *key) {
                o->depth, o->frames, o->target_error, o->measure);
   for (int i = 0; i < 6; i++)
     n += snprintf(text + n, sizeof text - (size_t)n, " %d %a", o->has_camera, (double)o->camera[i]);
-  n += snprintf(text + n, sizeof text - (size_t)n, " %d", o->has_frame);
+  n += snprintf(text + n, sizeof text - (size_t)n, " %d %llx", o->has_frame, (unsigned long long)sky);
   *key = 14695981039346656037u;
   for (int i = 0; i < n; i++) *key = (*key ^ (unsigned char)text[i]) * 1099511628211u;
   return true;

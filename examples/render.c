@@ -7,6 +7,7 @@
 
 #include "filter.h"
 #include "heat.h"
+#include "image.h"
 #include "mesh_file.h"
 #include "mesh_view.h"
 #include "output.h"
@@ -26,7 +27,7 @@ enum {
 };
 
 typedef struct options {
-  const char *scene, *mesh, *output, *buffers, *error_map;
+  const char *scene, *mesh, *environment, *output, *buffers, *error_map;
   unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
   unsigned instances;                                          /* 0: the scene itself */
   unsigned passes;                                             /* 0: as many as it takes */
@@ -146,6 +147,10 @@ static void print_help(void) {
          "  --light-size F   quads, spheres and lamp meshes F times as wide about their middles, power unchanged\n"
          "  --mesh FILE      a mesh: .tri%s\n"
          "  --up y|z         what is up in a mesh file (default y)\n"
+         "  --environment FILE\n"
+         "                   a picture of all directions, twice as wide as high, lights what is seen: .hdr, or .png, "
+         ".jpg,\n"
+         "                   .bmp, .tga; in place of the light that a mesh else gets, beside a scene's own\n"
          "  --instances N    the mesh or scene as a model, built once and shown N times, 1 to %d, in a square\n"
          "                   field; a scene is then without its own lights and camera, seen and lit as a mesh is\n"
          "  --camera EX,EY,EZ,TX,TY,TZ\n"
@@ -232,7 +237,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 
 /* clang-format off */
 enum option_name {
-  OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
+  OPT_SCENE = 256, OPT_MESH, OPT_ENVIRONMENT, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
   OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
   OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_TONE, OPT_HEAT, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_FILTER, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
@@ -242,6 +247,7 @@ enum option_name {
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
                                             {"mesh", required_argument, NULL, OPT_MESH},
+                                            {"environment", required_argument, NULL, OPT_ENVIRONMENT},
                                             {"instances", required_argument, NULL, OPT_INSTANCES},
                                             {"camera", required_argument, NULL, OPT_CAMERA},
                                             {"up", required_argument, NULL, OPT_UP},
@@ -291,6 +297,7 @@ static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
   case OPT_SCENE: return parse_scene(text, &o->scene);
   case OPT_MESH: o->mesh = text; return true;
+  case OPT_ENVIRONMENT: o->environment = text; return true;
   case OPT_INSTANCES: return ex_parse_uint("instances", text, 1, MAX_INSTANCES, &o->instances);
   case OPT_CAMERA: o->has_camera = true; return parse_camera(text, o->camera);
   case OPT_UP: return parse_up(text, &o->up_z);
@@ -417,6 +424,17 @@ static bool parse_options(options *o, int argc, char **argv) {
 /* What the pictures are of. */
 static const char *seen_name(const options *o) { return o->mesh ? o->mesh : o->scene; }
 
+/* >>environment ---------------------------------------------------------------------------------------------------- */
+
+/* The picture of --environment, which is read once, and how it is looked at. */
+static image sky_picture;
+static image_environment_user sky_seen = {&sky_picture, 0, 1, false};
+
+static void sky_of_file(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user; /* the render's, which is for its progress */
+  image_environment(&sky_seen, n, direction, radiance);
+}
+
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
 enum { BUFFERS = 3 };
@@ -508,7 +526,7 @@ static bool load_built_in(job *j) {
 static bool view_bounds(job *j) {
   const options *o = &j->given;
   pktrt_scene_info info;
-  mesh_view view = {seen_name(o), (double)o->width / o->height, o->up_z, o->instances > 0};
+  mesh_view view = {seen_name(o), (double)o->width / o->height, o->up_z, o->instances > 0, o->environment != NULL};
   bool ok = true;
   pktrt_get_scene_info(j->world, &info);
   const bool own_camera = j->file.has_camera && !o->has_camera && !view.field;
@@ -606,9 +624,28 @@ static bool load_field(job *j) {
   return loaded && choose_mode(j) && place_instances(j, model) && view_bounds(j);
 }
 
+/* Lights what is seen by the picture of --environment, in place of ambient light and of an environment of the scene. */
+static bool add_environment(job *j) {
+  bool is_light = false;
+  if (!sky_picture.width && !image_load(&sky_picture, j->given.environment, true)) return false;
+  sky_seen.up_z = j->given.up_z;
+  j->view.environment = sky_of_file;
+  memset(j->view.ambient, 0, sizeof j->view.ambient);
+  if (j->given.instances == 0)
+    for (size_t i = 0; i < j->built_in.light_count; i++)
+      is_light = is_light || j->built_in.lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
+  pktrt_light light;
+  memset(&light, 0, sizeof light);
+  light.kind = PKTRT_LIGHT_ENVIRONMENT;
+  for (int c = 0; c < 3; c++) light.intensity[c] = 1;
+  return is_light || mesh_view_add_light(j->world, &light);
+}
+
 /* What is seen, its tree, and where one looks from. */
 static bool load(job *j) {
-  return j->given.instances ? load_field(j) : j->given.mesh ? load_mesh(j) : load_built_in(j);
+  const options *o = &j->given;
+  const bool loaded = o->instances ? load_field(j) : o->mesh ? load_mesh(j) : load_built_in(j);
+  return loaded && (!o->environment || add_environment(j));
 }
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
@@ -1006,6 +1043,7 @@ int main(int argc, char **argv) {
   filter_end(&j.halves);
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
+  image_free(&sky_picture);
   pktrt_scene_destroy(j.world);
   mesh_file_close(&j.file);
   ex_threads_stop(&threads);

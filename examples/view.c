@@ -468,7 +468,7 @@ static bool interrupted(const viewer *v) { return v->changed || v->animating || 
 /* A file's meshes, and where one looks from first. */
 static bool read_file(viewer *v) {
   const options *o = &v->given;
-  const mesh_view view = {o->mesh, (double)o->width / o->height, false, false};
+  const mesh_view view = {o->mesh, (double)o->width / o->height, false, false, false};
   pktrt_scene_info info;
   bool ok = true;
   if (!mesh_file_open(&v->file, v->world, o->mesh, false)) return false;

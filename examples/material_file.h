@@ -250,13 +250,13 @@ typedef struct material_files {
   const C_STRUCT aiScene *file;
   material_file *material;
   uint32_t count;
-  material_meshes meshes;
+  material_meshes *meshes; /* of its own, so that this may be moved */
   struct material_picture *picture;
   uint32_t picture_count;
   uint64_t texels;
   unsigned textures; /* used */
   /* Not used. */
-  unsigned unknown, missing, other_maps, other_coordinates, layers, frosted;
+  unsigned unknown, broken, missing, other_maps, other_coordinates, layers, frosted;
   bool lacks_stb;
 } material_files;
 
@@ -312,7 +312,7 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
   int illum = 2;
   const bool is_mtl = aiGetMaterialIntegerArray(from, MATERIAL_KEY_ILLUM, &illum, NULL) == aiReturn_SUCCESS;
   const float exponent = material_number(from, AI_MATKEY_SHININESS, 0);
-  const bool ideal = !(exponent < 1000);
+  const bool ideal = exponent >= 1000 || exponent < 1; /* none is given with what is a mirror by illum */
   const bool glass = illum == 4 || illum == 6 || illum == 7 || illum == 9;
   material_colour(from, "$clr.specular", 1, shine);
   m->alpha = material_within(material_number(from, AI_MATKEY_OPACITY, 1), 0, 1);
@@ -325,10 +325,11 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
     return;
   }
   if (m->alpha < 1) m->transparent = MATERIAL_BLEND;
-  if (!(material_most(shine) > 0) || (!ideal && exponent < 1)) return;
+  const bool mirror = is_mtl && (illum == 3 || illum == 5 || illum == 8);
+  if (!(material_most(shine) > 0) || (!mirror && exponent < 1)) return;
 
   const bool coloured = material_most(shine) - material_least(shine) > 0.1f;
-  if (coloured || (is_mtl && (illum == 3 || illum == 5 || illum == 8))) {
+  if (coloured || mirror) {
     made->specular = PKTRT_SPECULAR_MIRROR;
     memcpy(made->reflectance, shine, sizeof shine);
   } else {
@@ -370,6 +371,8 @@ static void material_read_physical(material_files *files, material_file *m, cons
   const float ior = material_ior(from);
   m->metallic = glossy ? 0 : material_within(material_number(from, AI_MATKEY_METALLIC_FACTOR, 1), 0, 1);
   m->roughness = material_within(material_number(from, AI_MATKEY_ROUGHNESS_FACTOR, 1), 0, 1);
+  if (!material_has(from, AI_MATKEY_NAME) && !(m->roughness < 1))
+    m->metallic = 0; /* the default of glTF is a rough metal */
   if (glossy) m->roughness = 1 - material_within(material_number(from, AI_MATKEY_GLOSSINESS_FACTOR, 1), 0, 1);
   for (int c = 0; c < 3; c++) m->f0[c] = (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1));
   if (glossy) material_colour(from, "$clr.specular", 1, m->f0);
@@ -557,11 +560,16 @@ static void material_read_picture(material_files *files, material_picture *pictu
     return;
   }
 #endif
-  if (embedded ? embedded->mHeight == 0 && kind[0] && !material_is_picture(kind) : !material_is_picture(kind)) {
+  const bool raw = embedded && (embedded->mHeight > 0 || !kind[0]);
+  if (!embedded && picture->name[0] == '*') {
+    files->missing++;
+    return;
+  }
+  if (!raw && !material_is_picture(kind)) {
     files->unknown++;
     return;
   }
-  if (!embedded && (picture->name[0] == '*' || !material_find_picture(files->path, picture->name, path, sizeof path))) {
+  if (!embedded && !material_find_picture(files->path, picture->name, path, sizeof path)) {
     files->missing++;
     return;
   }
@@ -575,7 +583,7 @@ static void material_read_picture(material_files *files, material_picture *pictu
   }
   free(picture->made);
   picture->made = NULL;
-  files->unknown++;
+  files->broken++;
 }
 
 /* Returns a picture by its name, or NULL if there is none that can be shown. */
@@ -710,7 +718,7 @@ static void material_read(material_files *files, material_file *m, const C_STRUC
                         material_has(from, AI_MATKEY_GLOSSINESS_FACTOR);
   m->alpha = 1;
   m->cutoff = 0.5f;
-  m->meshes = &files->meshes;
+  m->meshes = files->meshes;
   memcpy(m->colour, grey, sizeof grey);
   if (!material_colour(from, "$clr.base", 1, m->colour)) material_colour(from, "$clr.diffuse", 1, m->colour);
   material_colour(from, "$clr.emissive", MATERIAL_MAX_EMISSION, made->emission);
@@ -740,6 +748,8 @@ EX_UNUSED static void material_free(material_files *files) {
     if (files->picture[i].made) image_free(files->picture[i].made);
     free(files->picture[i].made);
   }
+  if (files->meshes) free(files->meshes->mesh);
+  free(files->meshes);
   free(files->picture);
   free(files->material);
 }

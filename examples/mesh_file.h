@@ -736,7 +736,7 @@ static bool mesh_file_note(mesh_file_reader *r, mesh_file_shape *shape, material
 
 /* Lets hooks find a mesh by its index. */
 static bool mesh_file_list(mesh_file_reader *r, uint32_t index, const material_mesh *noted) {
-  material_meshes *meshes = &r->to->materials.meshes;
+  material_meshes *meshes = r->to->materials.meshes;
   if (!noted->indices) return true;
   if (index >= meshes->count) {
     const size_t n = (size_t)index + 1 + index / 2;
@@ -1056,6 +1056,7 @@ static void mesh_file_tell(const mesh_file_reader *r) {
   }
   snprintf(line.text, sizeof line.text, "%.400s: not used: ", r->path);
   mesh_file_say(&line, m->unknown, "texture of an unknown kind", "textures of an unknown kind");
+  mesh_file_say(&line, m->broken, "texture that cannot be read", "textures that cannot be read");
   mesh_file_say(&line, m->missing, "texture that is not there", "textures that are not there");
   mesh_file_say(&line, m->other_maps, "texture of what is no colour, roughness, emission, opacity or normal",
                 "textures of what is no colour, roughness, emission, opacity or normal");
@@ -1088,10 +1089,13 @@ static bool mesh_file_add_materials(mesh_file_reader *r) {
   bool *coloured = (bool *)calloc((size_t)n + 1, sizeof *coloured);
   files->path = r->path;
   files->file = r->file;
-  files->meshes.world = r->world;
-  files->meshes.of_model = r->as_model;
+  files->meshes = (material_meshes *)calloc(1, sizeof *files->meshes);
   files->material = (material_file *)calloc((size_t)n + 1, sizeof *files->material);
-  bool ok = (files->material && coloured) || mesh_file_no_memory(r);
+  bool ok = (files->meshes && files->material && coloured) || mesh_file_no_memory(r);
+  if (ok) {
+    files->meshes->world = r->world;
+    files->meshes->of_model = r->as_model;
+  }
   for (unsigned i = 0; ok && i < r->file->mNumMeshes; i++)
     if (r->file->mMeshes[i]->mColors[0] && r->file->mMeshes[i]->mMaterialIndex < n)
       coloured[r->file->mMeshes[i]->mMaterialIndex] = true;
@@ -1105,8 +1109,7 @@ static bool mesh_file_add_materials(mesh_file_reader *r) {
   if (ok && !r->plain && aiGetVersionMajor() * 100 + aiGetVersionMinor() < 503) material_read_strengths(files);
   for (unsigned i = 0; ok && i < n; i++) {
     material_file *m = &files->material[i];
-    if (!m->is_default)
-      ok = pktrt_add_material(r->world, &m->made, &m->index) == PKTRT_OK || mesh_file_refused(r);
+    if (!m->is_default) ok = pktrt_add_material(r->world, &m->made, &m->index) == PKTRT_OK || mesh_file_refused(r);
   }
   free(coloured);
   return ok;
@@ -1169,7 +1172,6 @@ EX_UNUSED static void mesh_file_close(mesh_file *file) {
   free(file->owned);
   free(file->of_model);
 #ifdef HAVE_ASSIMP
-  free(file->materials.meshes.mesh);
   material_free(&file->materials);
 #endif
   memset(file, 0, sizeof *file);

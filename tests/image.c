@@ -64,7 +64,8 @@ static int plain_wrap(int i, int n, image_wrap wrap) {
   return i < 0 ? 0 : i >= n ? n - 1 : i;
 }
 
-/* Mixes the plain way: all texels of the endless picture about (u, v), each by its share, which is largest at its centre. */
+/* Mixes the plain way: all texels of the endless picture about (u, v), each by its share, which is largest at its
+   centre. */
 static double plain_mix(const unsigned char *codes, double u, double v, image_wrap wrap, int channel) {
   const double x = u * WIDE, y = v * HIGH;
   double sum = 0;

@@ -72,7 +72,7 @@ all:
 help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
-	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
+	@echo "view        looks around in a scene or file; ARGS=model.glb, ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "mpi         builds build/mpi: render on many machines, by OpenMPI; mpirun -n 8 build/mpi --help"
 	@echo "test-mpi    4 and 7 ranks on this machine have the bits of render; ranks that die, runs that are resumed, in a minute"
@@ -151,7 +151,7 @@ $(B)/render $(B)/all/render: examples/render.c $(EXAMPLE_HEADERS)
 	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
 
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $(ASSIMP_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
 
 $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $(MPI_FLAGS) $< $(@D)/pktrt.o -o $@ $(LDFLAGS) $(MPI_LIBS) $(ASSIMP_LIBS) $(LDLIBS)

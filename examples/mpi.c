@@ -185,6 +185,7 @@ static bool worker_load(worker *w, uint32_t frame) {
   desc.isa = j->given.isa, desc.parallel_for = ex_parallel_for, desc.user = &w->threads;
   pktrt_scene_destroy(j->world);
   scene_free(&j->built_in);
+  mesh_file_close(&j->file);
   w->frame = NOWHERE, j->given.frame = frame;
   j->world = pktrt_scene_create(&desc);
   if (!j->world) return ex_fail("%s", pktrt_last_error(NULL));
@@ -804,7 +805,13 @@ static bool load_run(void *user) {
   r->own.threads.count = r->given.of.threads;
   if (!r->own.message) r->own.message = (double *)malloc(message_room(&r->given.of) * sizeof(double));
   if (!r->own.message) return ex_fail("not enough memory for a tile");
-  return settings_key(&r->given, &r->key) && worker_load(&r->own, r->given.first);
+  if (!settings_key(&r->given, &r->key) || !worker_load(&r->own, r->given.first)) return false;
+  const options *chosen = &r->own.of.given; /* by what a mesh file has */
+  r->given.of.mode = chosen->mode;
+  r->given.of.samples = chosen->samples;
+  r->given.of.passes = chosen->passes;
+  r->given.of.measure = chosen->measure;
+  return true;
 }
 
 static bool compare_run(void *user) {
@@ -828,7 +835,7 @@ static bool open_desk(void *user) {
   memset(&desc, 0, sizeof desc);
   d->empty = pktrt_scene_create(&desc);
   d->ranks = (rank_state *)calloc((size_t)r->count, sizeof *d->ranks);
-  d->shown.given = r->given.of, d->shown.view = r->own.of.view;
+  d->shown.given = r->given.of, d->shown.view = r->own.of.view, d->shown.own_light = r->own.of.own_light;
   d->shown.view.pixels = (float *)calloc(pixels * 3, sizeof(float));
   d->shown.view.report = &d->shown.report;
   if (!d->open || !d->empty || !d->ranks || !d->shown.view.pixels)
@@ -920,6 +927,7 @@ static void free_run(run *r) {
   pktrt_scene_destroy(r->at.empty);
   pktrt_scene_destroy(r->own.of.world);
   scene_free(&r->own.of.built_in);
+  mesh_file_close(&r->own.of.file);
   free(r->at.shown.view.pixels);
   free(r->at.ranks);
   free(r->at.words);

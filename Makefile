@@ -45,7 +45,7 @@ EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rt
 EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
-TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c,$(wildcard tests/*.c tests/fuzz/*.c)))
+TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c tests/image.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
 # Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.
@@ -55,7 +55,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-image test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -87,6 +87,7 @@ help:
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-mesh-file  mesh files that assimp reads: edges, hostile sizes, with AddressSanitizer as well"
+	@echo "            test-image, the first part of it: pictures as textures and environments, also without stb_image"
 	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies, the same sentences"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
@@ -388,8 +389,17 @@ else
 	tests/view.sh $(B)
 endif
 
+# Pictures, without a sanitizer, with AddressSanitizer, and without stb_image.
+test-image:
+	$(BUILD) $(B)/pktrt.o
+	mkdir -p $(B)/image
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) tests/image.c $(B)/pktrt.o -o $(B)/image/plain $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -fsanitize=address tests/image.c $(B)/pktrt.o -o $(B)/image/asan $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -DIMAGE_NO_STB tests/image.c $(B)/pktrt.o -o $(B)/image/without $(LDFLAGS) $(LDLIBS)
+	cd $(B)/image && ./plain && ./asan && ./without
+
 # Mesh files that assimp reads, without a sanitizer and with AddressSanitizer.
-test-mesh-file:
+test-mesh-file: test-image
 ifeq ($(ASSIMP),)
 	@echo "test-mesh-file: assimp is not installed (make deps-extra installs libassimp-dev), nothing is tested"
 else

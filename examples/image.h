@@ -1,5 +1,5 @@
-/* Pictures as textures and as environments: .png, .jpg, .bmp, .tga and .hdr by stb_image, if it is there (Debian's
-   libstb-dev), or bytes that the program has.
+/* Pictures as textures and as environments: .hdr; .png, .jpg, .bmp and .tga by stb_image, if it is there (Debian's
+   libstb-dev); or bytes that the program has.
 
    Where things are in a picture: u runs from its left edge, 0, to its right edge, 1, and v from its LOWER edge, 0, to
    its upper edge, 1, as in OBJ files and in what assimp makes of any file. Texel i of n, counted from the left or from
@@ -9,13 +9,13 @@
    Files come from anywhere: their sizes are limited, and what is corrupt is refused. The same file gives the same bits
    everywhere. Include after common.h and pktrt.h.
 
-   Contents: image, load, texture, environment. */
+   Contents: image, bytes, hdr, load, texture, environment. */
 #ifndef EXAMPLES_IMAGE_H
 #define EXAMPLES_IMAGE_H
 
 #include <float.h>
 
-/* Where stb_image is not, or IMAGE_NO_STB is defined, files are refused by one line that says so. */
+/* Where stb_image is not, or IMAGE_NO_STB is defined, all but .hdr is refused by one line that says so. */
 #if !defined(HAVE_STB_IMAGE) && !defined(IMAGE_NO_STB) && defined(__has_include)
 #if __has_include(<stb/stb_image.h>)
 #define HAVE_STB_IMAGE
@@ -39,7 +39,8 @@
 #define STBI_ONLY_PNG
 #define STBI_ONLY_BMP
 #define STBI_ONLY_TGA
-#define STBI_ONLY_HDR
+#define STBI_NO_HDR /* which older ones read without end; see >>hdr */
+#define STBI_NO_LINEAR
 #include <stb/stb_image.h>
 #endif
 
@@ -131,7 +132,7 @@ EX_UNUSED static void image_at(const image *picture, float u, float v, image_wra
   }
 }
 
-/* >>load ----------------------------------------------------------------------------------------------------------- */
+/* >>bytes ---------------------------------------------------------------------------------------------------------- */
 
 /* Says what codes mean: sRGB, or for what is no colour, such as normals and roughness, plain fractions. */
 static void image_set_codes(image *picture, bool srgb) {
@@ -159,50 +160,166 @@ EX_UNUSED static bool image_from_rgba8(image *picture, uint32_t width, uint32_t 
   return true;
 }
 
+/* Says that a picture is larger than it may be, or takes more texels than its file can hold, a byte `packed` at most.
+   */
+static bool image_check_size(const char *name, uint32_t width, uint32_t height, size_t size, unsigned packed) {
+  const uint64_t texels = (uint64_t)width * height;
+  if (texels == 0 || width > IMAGE_MAX_SIZE || height > IMAGE_MAX_SIZE || texels > IMAGE_MAX_TEXELS)
+    return ex_fail("%s: a picture of %u x %u, but %u along an edge and %u texels in all are the most", name, width,
+                   height, IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
+  return texels <= (uint64_t)size * packed || ex_fail("%s: announces a picture of %u x %u, which %lu bytes cannot hold",
+                                                      name, width, height, (unsigned long)size);
+}
+
+/* >>hdr ------------------------------------------------------------------------------------------------------------ */
+
+/* Radiance's .hdr: lines of text, an empty one, the size, then rows of texels of four bytes: three mantissas that share
+   an exponent. Of a row come all red mantissas, then all green ones, and so on, with runs of equal bytes packed; or the
+   texels one after the other, as they are. Its EXPOSURE is not looked at. */
+typedef struct image_bytes {
+  const unsigned char *at, *end;
+} image_bytes;
+
+/* Reads a line without its end; false where there is none, or it is too long. */
+static bool image_hdr_line(image_bytes *from, char line[128]) {
+  for (int n = 0; n < 127 && from->at < from->end; n++) {
+    line[n] = (char)*from->at++;
+    if (line[n] != '\n') continue;
+    line[n] = 0;
+    return true;
+  }
+  return false;
+}
+
+static bool image_is_hdr(const unsigned char *bytes, size_t size) {
+  return (size > 10 && !memcmp(bytes, "#?RADIANCE", 10)) || (size > 6 && !memcmp(bytes, "#?RGBE", 6));
+}
+
+/* Reads the lines of text. */
+static bool image_hdr_header(image_bytes *from, const char *name, uint32_t *width, uint32_t *height) {
+  char line[128];
+  bool known = false, good = true;
+  unsigned across = 0, down = 0;
+  while ((good = image_hdr_line(from, line)) && line[0])
+    if (!strcmp(line, "FORMAT=32-bit_rle_rgbe")) known = true;
+  if (!good || !image_hdr_line(from, line)) return ex_fail("%s: corrupt: no size", name);
+  if (!known) return ex_fail("%s: not of FORMAT=32-bit_rle_rgbe", name);
+  if (sscanf(line, "-Y %9u +X %9u", &down, &across) != 2)
+    return ex_fail("%s: not a picture of rows from the top, each from the left (-Y ... +X ...)", name);
+  *width = across;
+  *height = down;
+  return image_check_size(name, across, down, (size_t)(from->end - from->at), 16);
+}
+
+/* Unpacks n bytes. */
+static bool image_hdr_unpack(image_bytes *from, unsigned char *to, size_t n) {
+  while (n > 0) {
+    if (from->end - from->at < 2) return false;
+    size_t count = *from->at++;
+    const bool run = count > 128;
+    if (run) count -= 128;
+    if (count == 0 || count > n || (size_t)(from->end - from->at) < (run ? 1 : count)) return false;
+    if (run) memset(to, *from->at, count);
+    else memcpy(to, from->at, count);
+    from->at += run ? 1 : count;
+    to += count;
+    n -= count;
+  }
+  return true;
+}
+
+/* Reads a row: byte b of texel i becomes row[i + b width]. */
+static bool image_hdr_row(image_bytes *from, unsigned char *row, size_t width) {
+  const unsigned char *at = from->at;
+  const size_t left = (size_t)(from->end - at);
+  if (width >= 8 && left >= 4 && at[0] == 2 && at[1] == 2 && at[2] < 128) {
+    from->at += 4;
+    return (size_t)at[2] * 256 + at[3] == width && image_hdr_unpack(from, row, width) &&
+           image_hdr_unpack(from, row + width, width) && image_hdr_unpack(from, row + 2 * width, width) &&
+           image_hdr_unpack(from, row + 3 * width, width);
+  }
+  if (left < 4 * width) return false;
+  for (size_t i = 0; i < 4 * width; i++) row[i / 4 + i % 4 * width] = at[i];
+  from->at += 4 * width;
+  return true;
+}
+
+static bool image_load_hdr(image *picture, const char *name, const unsigned char *bytes, size_t size) {
+  image_bytes from = {bytes, bytes + size};
+  uint32_t width = 0, height = 0, y = 0;
+  if (!image_hdr_header(&from, name, &width, &height)) return false;
+  float *floats = (float *)malloc((size_t)width * height * 3 * sizeof *floats);
+  unsigned char *row = (unsigned char *)malloc((size_t)width * 4);
+  const bool memory = floats && row;
+  for (; memory && y < height && image_hdr_row(&from, row, width); y++)
+    for (size_t i = 0; i < width; i++) {
+      const int exponent = row[i + (size_t)3 * width];
+      const double unit = exponent ? ldexp(1, exponent - 136) : 0;
+      float *texel = floats + 3 * ((size_t)y * width + i);
+      for (size_t c = 0; c < 3; c++) texel[c] = (float)(row[i + c * width] * unit);
+    }
+  free(row);
+  if (memory && y == height) {
+    picture->floats = floats;
+    picture->width = width;
+    picture->height = height;
+    return true;
+  }
+  free(floats);
+  return memory ? ex_fail("%s: corrupt or cut off in row %u of %u", name, y + 1, height)
+                : ex_fail("%s: not enough memory for a picture of %u x %u", name, width, height);
+}
+
+/* >>load ----------------------------------------------------------------------------------------------------------- */
+
 #ifdef HAVE_STB_IMAGE
 
-/* Returns how many texels a byte of a file may hold at most: of a PNG of one colour 8 x 1032, of a JPEG a block of 32 x 32 in
-   18 bits, of others a run of 128 in two bytes. */
-static unsigned image_texels_a_byte(const unsigned char *bytes, int size) {
+/* Returns how many texels a byte of a file may hold at most: of a PNG of one colour 8 x 1032, of a JPEG a block of 32 x
+   32 in 18 bits, of others a run of 128 in two bytes. */
+static unsigned image_texels_a_byte(const unsigned char *bytes, size_t size) {
   if (size < 2) return 0;
   if (bytes[0] == 0x89 && bytes[1] == 'P') return 8256;
   return bytes[0] == 0xff && bytes[1] == 0xd8 ? 512 : 64;
 }
 
-/* Looks at the first bytes, before anything is allocated. */
-static bool image_check_size(const char *name, const unsigned char *bytes, int size) {
+/* Reads a picture of codes; its size is looked at before anything is allocated. */
+static bool image_load_codes(image *picture, const char *name, const unsigned char *bytes, size_t size) {
   int width = 0, height = 0, channels = 0;
-  if (!stbi_info_from_memory(bytes, size, &width, &height, &channels))
+  if (!stbi_info_from_memory(bytes, (int)size, &width, &height, &channels) || width < 1 || height < 1)
     return ex_fail("%s: not a picture that can be read (.png, .jpg, .bmp, .tga, .hdr): %s", name,
                    stbi_failure_reason());
-  if (width < 1 || height < 1 || width > (int)IMAGE_MAX_SIZE || height > (int)IMAGE_MAX_SIZE ||
-      (uint64_t)width * (uint64_t)height > IMAGE_MAX_TEXELS)
-    return ex_fail("%s: a picture of %d x %d, %u along an edge and %u texels in all are the most", name, width, height,
-                   IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
-  if ((uint64_t)width * (uint64_t)height > (uint64_t)size * image_texels_a_byte(bytes, size))
-    return ex_fail("%s: announces a picture of %d x %d, which %d bytes cannot hold", name, width, height, size);
+  if (!image_check_size(name, (uint32_t)width, (uint32_t)height, size, image_texels_a_byte(bytes, size))) return false;
+  picture->codes = stbi_load_from_memory(bytes, (int)size, &width, &height, &channels, 4);
+  if (!picture->codes) return ex_fail("%s: corrupt: %s", name, stbi_failure_reason());
+  picture->width = (uint32_t)width;
+  picture->height = (uint32_t)height;
   return true;
 }
+
+#else
+
+static bool image_load_codes(image *picture, const char *name, const unsigned char *bytes, size_t size) {
+  (void)picture;
+  (void)bytes;
+  (void)size;
+  return ex_fail("%s: this program was built without stb_image and reads .hdr alone (libstb-dev brings it)", name);
+}
+
+#endif
 
 /* Reads a picture from the bytes of a file; `name` is for what is said. srgb: codes of 8 bits are colours; floats, as
    those of .hdr, are linear anyway. False after saying why not; then it is none. */
 EX_UNUSED static bool image_load_memory(image *picture, const char *name, const void *bytes, size_t size, bool srgb) {
   const unsigned char *from = (const unsigned char *)bytes;
-  int width = 0, height = 0, channels = 0;
   memset(picture, 0, sizeof *picture);
   if (!bytes || size == 0) return ex_fail("%s: empty, there is no picture", name);
   if (size > IMAGE_MAX_BYTES) return ex_fail("%s: larger than a gigabyte", name);
-  if (!image_check_size(name, from, (int)size)) return false;
-
-  if (stbi_is_hdr_from_memory(from, (int)size))
-    picture->floats = stbi_loadf_from_memory(from, (int)size, &width, &height, &channels, 3);
-  else picture->codes = stbi_load_from_memory(from, (int)size, &width, &height, &channels, 4);
-  if (!picture->codes && !picture->floats) return ex_fail("%s: corrupt: %s", name, stbi_failure_reason());
-
-  picture->width = (uint32_t)width;
-  picture->height = (uint32_t)height;
   image_set_codes(picture, srgb);
-  return true;
+  if (image_is_hdr(from, size) ? image_load_hdr(picture, name, from, size)
+                               : image_load_codes(picture, name, from, size))
+    return true;
+  memset(picture, 0, sizeof *picture);
+  return false;
 }
 
 /* Opens a file; *size receives how many bytes it has. NULL after saying why not. */
@@ -245,27 +362,6 @@ EX_UNUSED static bool image_load(image *picture, const char *path, bool srgb) {
   free(bytes);
   return ok;
 }
-
-#else
-
-static bool image_lacks_stb(image *picture, const char *name) {
-  memset(picture, 0, sizeof *picture);
-  return ex_fail("%s: this program was built without stb_image and reads no pictures (libstb-dev brings it)", name);
-}
-
-EX_UNUSED static bool image_load_memory(image *picture, const char *name, const void *bytes, size_t size, bool srgb) {
-  (void)bytes;
-  (void)size;
-  (void)srgb;
-  return image_lacks_stb(picture, name);
-}
-
-EX_UNUSED static bool image_load(image *picture, const char *path, bool srgb) {
-  (void)srgb;
-  return image_lacks_stb(picture, path);
-}
-
-#endif
 
 /* >>texture -------------------------------------------------------------------------------------------------------- */
 

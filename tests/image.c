@@ -64,7 +64,8 @@ static int plain_wrap(int i, int n, image_wrap wrap) {
   return i < 0 ? 0 : i >= n ? n - 1 : i;
 }
 
-/* Mixes the plain way: all texels of the endless picture about (u, v), each by its share, which is largest at its centre. */
+/* Mixes the plain way: all texels of the endless picture about (u, v), each by its share, which is largest at its
+   centre. */
 static double plain_mix(const unsigned char *codes, double u, double v, image_wrap wrap, int channel) {
   const double x = u * WIDE, y = v * HIGH;
   double sum = 0;
@@ -299,8 +300,12 @@ static void absurd(const unsigned char *codes, const float *floats) {
   check(no && strstr(said, "cannot hold"), "so is a size that so few bytes cannot hold, before memory is taken", said);
   free(b.at);
 
+  static const char tall[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 4\nwords and words and words";
+  no = refuses(&picture, "tall.hdr", tall, sizeof tall, false, said, sizeof said);
+  check(no && strstr(said, "along an edge"), "a .hdr that is too large is refused", said);
+
   no = refuses(&picture, "empty.png", "", 0, false, said, sizeof said);
-  check(no && strstr(said, "empty"), "an empty file is refused as such", said);
+  check(no && strstr(said, "there is no picture"), "an empty file is refused as such", said);
   no = refuses(&picture, "words.png", "these are words", 15, false, said, sizeof said);
   check(no && strstr(said, "not a picture"), "so is one that is no picture", said);
   no = refuses(&picture, "absent.png", NULL, 0, true, said, sizeof said);

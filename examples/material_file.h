@@ -1,23 +1,22 @@
-/* Materials of files as pktrt's: colours, textures and normal maps by one texture hook. Include after common.h and pktrt.h.
+/* Materials of files as pktrt's: colours, textures and normal maps by one texture hook. Include after common.h and
+   pktrt.h. One material of a file becomes one of pktrt:
 
-   One material of a file becomes one of pktrt:
+     metal and roughness    Metallic 0 without a texture of it: diffuse with a coat by ior, its lobe by roughness; above
+     (glTF)                 roughness 0.8 diffuse alone. Else a mirror, whose reflectance the hook sets by point and
+                            angle, F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5 with F0 = ((ior - 1) / (ior + 1))^2
+                            mixed with the colour by metallic, over the albedo colour (1 - metallic) (1 - reflectance).
+     roughness              Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05.
+     specular, glossiness   The same with F0 of the file, metallic 0 and roughness 1 - glossiness.
+     transmission           With a thickness glass that absorbs by attenuation; without, a thin sheet tinted by colour.
+     alpha                  Mask: a cutout at its cutoff. Blend: a ray goes on with probability 1 - alpha.
+     unlit                  Emits its colour and reflects nothing.
+     Kd, Ks, Ns, Ni, d,     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has
+     illum (.mtl, others)   the exponent Ns, ideal from 1000 on. Grey Ks: a coat of 2 Ks, at most 1, times Fresnel of
+                            Ni. d below 1: with illum 4, 6, 7, 9 glass of Ni, else blend.
+     emission               Is seen, and gives light where no texture changes it (mesh_file.h).
 
-     metal and roughness (glTF)   metallic 0, no texture of it: diffuse with a coat by ior, its lobe by roughness; roughness above
-                                  0.8: diffuse alone. Else a mirror, whose reflectance the hook sets by point and angle:
-                                  F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5, F0 = ((ior - 1) / (ior + 1))^2 mixed with the
-                                  colour by metallic, and the albedo colour (1 - metallic) (1 - reflectance)
-     roughness                    Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05
-     specular and glossiness      the same, with F0 of the file and roughness 1 - glossiness
-     transmission                 with a thickness glass that absorbs by attenuation, without a thin sheet, tinted by the colour
-     alpha                        mask: a cutout at its cutoff; blend: a ray goes on with probability 1 - alpha
-     unlit                        emits its colour, and reflects nothing
-     Kd, Ks, Ns, Ni, d, illum     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has the
-                                  exponent Ns unless that is 1000 or more. Grey Ks: a coat of 2 Ks (at most 1) times Fresnel of Ni.
-                                  d below 1: with illum 4, 6, 7 or 9 glass of Ni, else blend
-     emission                     is seen, and gives light where no texture changes it (mesh_file.h)
-
-   Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission, opacity,
-   reflectance and normals (in the space of tangents); one set of coordinates for each material.
+   Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission,
+   opacity, reflectance and normals (in the space of tangents), with one set of coordinates for each material.
 
    Contents: meshes, maps, hook, classic, physical, strength, read. */
 #ifndef EXAMPLES_MATERIAL_FILE_H
@@ -494,7 +493,8 @@ static bool material_is_picture(const char *name) {
   return false;
 }
 
-/* Writes where a picture is: beside the file that names it, by its path from there or by its name alone. False: nowhere. */
+/* Writes where a picture is: beside the file that names it, by its path from there or by its name alone. False:
+   nowhere. */
 static bool material_find_picture(const char *path, const char *name, char *found, size_t room) {
   char plain[1024];
   struct stat info;
@@ -602,8 +602,8 @@ static const image *material_get_picture(material_files *files, const char *name
   return picture->made;
 }
 
-/* Sets where a map lies. assimp turns glTF's transforms, which are about the upper left corner, to such about the middle; this
-   turns them back, for coordinates that begin in the lower left corner. */
+/* Sets where a map lies. assimp turns glTF's transforms, which are about the upper left corner, to such about the
+   middle; this turns them back, for coordinates that begin in the lower left corner. */
 static void material_place_map(material_map *map, const C_STRUCT aiMaterial *from, C_ENUM aiTextureType type,
                                unsigned at) {
   C_STRUCT aiUVTransform t;

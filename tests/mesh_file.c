@@ -1,7 +1,7 @@
-/* Mesh files that assimp reads, by the reader of the examples: normals that files lack are smooth, but not across edges;
-   materials, textures, cameras and lights are what the files say; a file that wants more memory than there is ends in one
-   line. Built without a sanitizer and with AddressSanitizer.
-   usage: mesh_file, in a folder that it may write to */
+/* Mesh files that assimp reads, by the reader of the examples: normals that files lack are smooth, but not across
+   edges; materials, textures, cameras and lights are what the files say; a file that wants more memory than there
+   is ends in one line. Built without a sanitizer and with AddressSanitizer. usage: mesh_file, in a folder that it
+   may write to */
 #define _GNU_SOURCE
 #include "../examples/common.h"
 
@@ -17,7 +17,9 @@ static int checks, failures;
 static void check(bool good, const char *sentence, const char *figures) {
   checks++;
   failures += !good;
-  printf("  %s %s (%s)\n", good ? "ok     " : "FAILED ", sentence, figures);
+  printf("  %s %s", good ? "ok     " : "FAILED ", sentence);
+  if (figures[0]) printf(" (%s)", figures);
+  printf("\n");
 }
 
 #ifdef MESH_FILE_ASAN
@@ -181,8 +183,8 @@ static void write_text(const char *path, const char *text) {
   fclose(file);
 }
 
-/* An .obj with one square for each material m0, m1 ... of its .mtl, in the plane z = 0, square i from x = 2 i to 2 i + 1.
-   Texture coordinates are those of the square, or `vt`, four lines. */
+/* An .obj with one square for each material m0, m1 ... of its .mtl, in the plane z = 0, square i from x = 2 i to 2
+   i + 1. Texture coordinates are those of the square, or `vt`, four lines. */
 static void write_squares(const char *name, unsigned count, const char *mtl, const char *vt) {
   char path[64];
   snprintf(path, sizeof path, "%s.mtl", name);
@@ -279,7 +281,7 @@ static bool is_near(const float *a, double x, double y, double z) {
 static void expect(const float *a, double x, double y, double z, const char *sentence) {
   char text[200];
   snprintf(text, sizeof text, "%g %g %g, not %g %g %g", (double)a[0], (double)a[1], (double)a[2], x, y, z);
-  check(is_near(a, x, y, z), sentence, is_near(a, x, y, z) ? "as it should be" : text);
+  check(is_near(a, x, y, z), sentence, is_near(a, x, y, z) ? "" : text);
 }
 
 static const pktrt_material *made(const opened *o, unsigned square) {
@@ -407,7 +409,7 @@ static void obj_textures(void) {
                 "newmtl m8\nKd 0.7 0.7 0.7\nmap_Kd folder\nmap_Ke one.png\nKe 1 1 1\nillum 1\n",
                 NULL);
   opened o = open_quietly("textures.obj", said, sizeof said);
-  check(o.ok, "textures that cannot be read do not keep a file from being read", said);
+  check(o.ok, "textures that cannot be read do not keep a file from being read", "");
   met m = look_at_place(&o, 0.25f, 0.75f);
   expect(m.albedo, 1, 0, 0, "a texture's upper left is where u is small and v large, and a backslash parts folders");
   m = look_at_place(&o, 0.25f, 0.25f);
@@ -428,7 +430,7 @@ static void obj_textures(void) {
             strstr(
                 said,
                 "2 textures of an unknown kind, 2 textures that cannot be read, 2 textures that are not there, 1 glow"),
-        "what is not used is said in one line", said);
+        "what is not used is said in one line", strstr(said, "note:") ? "" : said);
   m = look_at_place(&o, 14.75f, 0.25f);
   check(m.opacity == 0 && look_at_place(&o, 14.25f, 0.25f).opacity == 1 && made(&o, 7)->blend, "map_d blends by alpha",
         "");
@@ -464,8 +466,8 @@ static void print_base64(FILE *file, const unsigned char *bytes, size_t n) {
   }
 }
 
-/* A .gltf whose mesh i is a square with material i; textures 0 to 2 are pictures within the file: those of `four`, of metal and
-   roughness (0.5 and 1, then 0.25 and 0), and of a normal that leans towards u by (0.6, 0, 0.8). */
+/* A .gltf whose mesh i is a square with material i; textures 0 to 2 are pictures within the file: those of `four`,
+   of metal and roughness (0.5 and 1, then 0.25 and 0), and of a normal that leans towards u by (0.6, 0, 0.8). */
 static void write_gltf(const char *path, const char *materials, unsigned count, const char *nodes, const char *rest) {
   static const float vertices[20] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 1, 1, 1, 1, 0, 0, 0}; /* v is downwards */
   static const unsigned char corners[6] = {0, 1, 2, 0, 2, 3};
@@ -520,7 +522,8 @@ static void write_gltf(const char *path, const char *materials, unsigned count, 
 /* The reflectance of what reflects f0 straight, of no roughness, at a cosine. */
 static double schlick(double f0, double cosine) { return f0 + (1 - f0) * pow(1 - cosine, 5); }
 
-static void gltf_factors(void) {
+/* Square i, from x = 2 i, has the i-th of twelve materials. */
+static void write_factors(void) {
   char nodes[1000] = "";
   for (int i = 0; i < 12; i++) {
     const size_t n = strlen(nodes);
@@ -580,61 +583,73 @@ static void gltf_factors(void) {
                                                                                     "\"baseColorFactor\":[7,-1,0.5,1]"
                                                                                     "," FACTORS("-3", "9") "}}",
       12, nodes, "\"scenes\":[{\"nodes\":[0,1,2,3,4,5,6,7,8,9,10,11]}]");
-  opened o = open_file("factors.gltf");
-  check(o.ok, "a .gltf with twelve materials and pictures within it is read", "");
-  const pktrt_material *m = made(&o, 0);
-  met p = look_at_place(&o, 0.4f, 0.4f);
+}
+
+static void metals(const opened *o) {
+  const pktrt_material *m = made(o, 0);
+  met p = look_at_place(o, 0.4f, 0.4f);
   check(m->specular == PKTRT_SPECULAR_MIRROR && fabsf(m->exponent - 7.5f) < 1e-3f && fabsf(p.exponent - 7.5f) < 1e-3f,
         "metal of roughness 0.5 is a mirror with exponent 7.5", "");
   expect(p.reflectance, 0.9, 0.6, 0.3, "which reflects its colour, straight");
   expect(p.albedo, 0, 0, 0, "and is not diffuse");
-  m = made(&o, 1);
+  m = made(o, 1);
   check(m->specular == PKTRT_SPECULAR_COAT && fabsf(m->exponent - 7.5f) < 1e-3f && !m->texture,
         "what is no metal has a coat", "");
   expect(m->albedo, 0.2, 0.4, 0.6, "over its colour");
-  check(made(&o, 2)->specular == PKTRT_SPECULAR_NONE, "of roughness 0.9 it is diffuse", "");
+  check(made(o, 2)->specular == PKTRT_SPECULAR_NONE, "of roughness 0.9 it is diffuse", "");
   const float from[3] = {6.4f, 0.4f, 1}, aslant[3] = {0, 0.8f, -0.6f};
-  p = look(&o, from, aslant);
-  check(made(&o, 3)->lobe == PKTRT_LOBE_IDEAL, "without roughness it is ideal", "");
+  p = look(o, from, aslant);
+  check(made(o, 3)->lobe == PKTRT_LOBE_IDEAL, "without roughness it is ideal", "");
   check(!p.some, "control: this ray passes by", "");
   const float below[3] = {6.4f, -0.9f, 1};
-  p = look(&o, below, aslant);
+  p = look(o, below, aslant);
   expect(p.reflectance, schlick(0.12, 0.6), schlick(0.22, 0.6), schlick(0.32, 0.6),
          "half a metal reflects half as it, by the angle");
   expect(p.albedo, 0.1 * (1 - schlick(0.12, 0.6)), 0.2 * (1 - schlick(0.22, 0.6)), 0.3 * (1 - schlick(0.32, 0.6)),
          "and is half diffuse");
-  m = made(&o, 4);
+}
+
+static void transparent_and_textured(const opened *o) {
+  met p;
+  const pktrt_material *m = made(o, 4);
   check(m->specular == PKTRT_SPECULAR_DIELECTRIC && fabsf(m->ior[0] - 1.4f) < 1e-4f,
         "transmission with a thickness is glass", "");
   expect(m->absorption, 0.34657, 0, 0.69315, "which absorbs by attenuation colour and distance");
-  m = made(&o, 5);
+  m = made(o, 5);
   check(m->specular == PKTRT_SPECULAR_THIN && m->transmission == 0.75f, "without thickness it is a thin sheet", "");
   expect(m->albedo, 0.5, 0.6, 0.7, "tinted by its colour");
-  m = made(&o, 6);
-  check(m->cutout && !m->blend && look_at_place(&o, 12.75f, 0.25f).opacity == 0 &&
-            look_at_place(&o, 12.25f, 0.25f).opacity == 1,
+  m = made(o, 6);
+  check(m->cutout && !m->blend && look_at_place(o, 12.75f, 0.25f).opacity == 0 &&
+            look_at_place(o, 12.25f, 0.25f).opacity == 1,
         "a mask is a cutout by the texture's alpha", "");
-  check(look_at_place(&o, 12.55f, 0.25f).opacity == 1 && look_at_place(&o, 12.65f, 0.25f).opacity == 0, "at its cutoff",
+  check(look_at_place(o, 12.55f, 0.25f).opacity == 1 && look_at_place(o, 12.65f, 0.25f).opacity == 0, "at its cutoff",
         "");
-  m = made(&o, 7);
+  m = made(o, 7);
   check(m->blend && fabsf(m->transparency - 0.6f) < 1e-4f, "blend lets rays through by alpha", "");
-  m = made(&o, 8);
+  m = made(o, 8);
   expect(m->emission, 8, 4, 2, "emission is times its strength");
-  check(o.file.lights == 1, "and makes a light", "");
-  p = look_at_place(&o, 18.25f, 0.5f);
+  check(o->file.lights == 1, "and makes a light", "");
+  p = look_at_place(o, 18.25f, 0.5f);
   expect(p.reflectance, 0.9, 0.6, 0.3, "a texture says where it is metal");
   check(fabs((double)p.exponent - (0.5 / pow(128 / 255.0, 4) - 0.5)) < 0.01, "and how rough", "");
-  p = look_at_place(&o, 18.75f, 0.5f);
+  p = look_at_place(o, 18.75f, 0.5f);
   expect(p.reflectance, 0.04, 0.04, 0.04, "and where it is not");
-  m = made(&o, 10);
+  m = made(o, 10);
   expect(m->emission, 0.1, 0.2, 0.3, "what is unlit emits its colour");
   expect(m->albedo, 0, 0, 0, "and reflects nothing");
-  expect(made(&o, 11)->albedo, 1, 0, 0.5, "factors are clamped");
+  expect(made(o, 11)->albedo, 1, 0, 0.5, "factors are clamped");
+}
+
+static void gltf_factors(void) {
+  write_factors();
+  opened o = open_file("factors.gltf");
+  check(o.ok, "a .gltf with twelve materials and pictures within it is read", "");
+  metals(&o);
+  transparent_and_textured(&o);
   close_file(&o);
 }
 
-static void gltf_places(void) {
-  char text[300];
+static void write_places(void) {
   write_gltf(
       "places.gltf",
       "{\"pbrMetallicRoughness\":{" FACTORS(
@@ -660,6 +675,11 @@ static void gltf_places(void) {
       "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.7,\"aspectRatio\":2,\"znear\":0.1}}],"
       "\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"point\",\"intensity\":30,\"color\":[1,0.5,0]},"
       "{\"type\":\"directional\",\"intensity\":2}]}}");
+}
+
+static void gltf_places(void) {
+  char text[300];
+  write_places();
   opened o = open_file("places.gltf");
   pktrt_scene_info info;
   pktrt_get_scene_info(o.world, &info);

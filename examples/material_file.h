@@ -370,8 +370,9 @@ static void material_read_physical(material_files *files, material_file *m, cons
   const float ior = material_ior(from);
   m->metallic = glossy ? 0 : material_within(material_number(from, AI_MATKEY_METALLIC_FACTOR, 1), 0, 1);
   m->roughness = material_within(material_number(from, AI_MATKEY_ROUGHNESS_FACTOR, 1), 0, 1);
-  if (!material_has(from, AI_MATKEY_NAME) && !(m->roughness < 1))
-    m->metallic = 0; /* the default of glTF is a rough metal */
+  const bool white = !(material_least(m->colour) < 1) && !m->map[MATERIAL_MAP_COLOUR].picture;
+  const bool said = material_has(from, AI_MATKEY_NAME) || m->map[MATERIAL_MAP_ROUGHNESS].picture;
+  if (!said && white && !(m->roughness < 1)) m->metallic = 0; /* the default of glTF, which would be a rough metal */
   if (glossy) m->roughness = 1 - material_within(material_number(from, AI_MATKEY_GLOSSINESS_FACTOR, 1), 0, 1);
   for (int c = 0; c < 3; c++) m->f0[c] = (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1));
   if (glossy) material_colour(from, "$clr.specular", 1, m->f0);

@@ -1,4 +1,4 @@
-/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if they have any:
+/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if there are any:
 
      .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a triangle soup
      .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)

@@ -755,6 +755,24 @@ static void lamps(void) {
   close_file(&o);
 }
 
+/* Pictures of two brightnesses, and of what is behind. */
+static void exposures(void) {
+  float pixels[300];
+  pktrt_render_desc d;
+  memset(&d, 0, sizeof d);
+  d.width = d.height = 10;
+  for (int c = 0; c < 3; c++) d.background[c] = 7;
+  for (int i = 0; i < 300; i++) pixels[i] = i < 60 ? 7 : i < 288 ? 2.0f : 100.0f; /* 20, 76, 4 pixels */
+  char text[100];
+  double exposed = 2 * mesh_view_exposure(&d, pixels);
+  snprintf(text, sizeof text, "%g", exposed);
+  check(fabs(exposed - 0.8) < 0.03, "a twentieth of a picture may be brighter than what is exposed for", text);
+  for (int i = 240; i < 300; i++) pixels[i] = 100;
+  exposed = 100 * mesh_view_exposure(&d, pixels);
+  snprintf(text, sizeof text, "%g", exposed);
+  check(fabs(exposed - 0.8) < 0.03, "but not a fifth", text);
+}
+
 /* The fold of 50 degrees with texture coordinates that do not meet along it. */
 static void seams(void) {
   const double angle = 50 * 3.14159265358979 / 180;
@@ -902,6 +920,7 @@ int main(void) {
   gltf_places();
   vertex_colours();
   lamps();
+  exposures();
   seams();
   memory();
   damage();

@@ -1,10 +1,12 @@
-/* Writes a still life as one glTF file, model.glb, whose pictures are within it: a table of tiles with relief, a vase, leaves that
-   are cut out by alpha, a copper bowl with one orange several times, a glass, stained panes in the sun, and a lantern that throws
-   its lattice on the wall. It shows what files can bring; `render --mesh model.glb` draws it.
-   usage: model FILE.glb
-
-   Lengths are in metres, y is up, the table's top is at 0. Contents: bytes, parts, shapes, paint, file, materials, things. */
+/* Writes a still life as one glTF file, model.glb, whose pictures are within it: a table of tiles with relief, a vase,
+   leaves that are cut out by alpha, a copper bowl with one orange several times, a glass, stained panes in the sun, and
+   a lantern that throws its lattice on the wall. It shows what files can bring; `render --mesh model.glb` draws it.
+   usage: model FILE.glb  Lengths are in metres, y is up, the table's top is at 0. Contents: bytes, parts, shapes,
+   paint, file, materials, things. */
 #include "common.h"
+
+#define PKTRT_IMPLEMENTATION /* for common.h, which writes pictures by it */
+#include "../pktrt.h"
 
 /* >>bytes ---------------------------------------------------------------------------------------------------------- */
 
@@ -81,7 +83,8 @@ static void triangle(part *to, uint32_t a, uint32_t b, uint32_t c) {
 
 #define PI 3.14159265358979323846
 
-/* A parallelogram from a corner, its texture `repeat` times along each side; counter-clockwise from x to y is its front. */
+/* A parallelogram from a corner, its texture `repeat` times along each side; counter-clockwise from x to y is its
+   front. */
 static void sheet(part *to, const double corner[3], const double x[3], const double y[3], double repeat_x,
                   double repeat_y) {
   const double normal[3] = {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
@@ -156,8 +159,8 @@ static void piece_normal(const profile *p, int i, double normal[2]) {
   normal[1] = size > 0 ? -along / size : 0;
 }
 
-/* Turns a profile about the y axis; what is to its right as one goes along it is outside. Pieces that meet in less than 45 degrees
-   are smooth there. */
+/* Turns a profile about the y axis; what is to its right as one goes along it is outside. Pieces that meet in less than
+   45 degrees are smooth there. */
 static void lathe(part *to, const profile *p, int around, double repeat) {
   for (int i = 0; i + 1 < p->count; i++) {
     double own[2];
@@ -198,10 +201,10 @@ static void ball(part *to, double radius, double height, int rows) {
 
 /* A leaf along x from the origin, bent down; its texture says where it is. */
 static void leaf(part *to) {
-  enum { STEPS = 8 };
+  const int steps = 8;
   uint32_t before[2] = {0, 0};
-  for (int i = 0; i <= STEPS; i++) {
-    const double t = (double)i / STEPS, height = 0.028 * t - 0.045 * t * t;
+  for (int i = 0; i <= steps; i++) {
+    const double t = (double)i / steps, height = 0.028 * t - 0.045 * t * t;
     const double normal[3] = {-(0.028 - 0.09 * t), 0.1, 0};
     uint32_t at[2];
     for (int side = 0; side < 2; side++) {
@@ -326,13 +329,13 @@ static double peel_relief(double u, double v) {
 
 /* Blows of a hammer: the nearest of many middles. */
 static double hammer_relief(double u, double v) {
-  enum { BLOWS = 10 };
+  const int blows = 10;
   double nearest = 1;
   for (int i = -1; i <= 1; i++)
     for (int k = -1; k <= 1; k++) {
-      const int column = (int)floor(u * BLOWS) + i, row = (int)floor(v * BLOWS) + k;
-      const int at = (column + BLOWS) % BLOWS, down = (row + BLOWS) % BLOWS;
-      const double x = u * BLOWS - column - hashed(at, down), y = v * BLOWS - row - hashed(at + 50, down);
+      const int column = (int)floor(u * blows) + i, row = (int)floor(v * blows) + k;
+      const int at = (column + blows) % blows, down = (row + blows) % blows;
+      const double x = u * blows - column - hashed(at, down), y = v * blows - row - hashed(at + 50, down);
       nearest = fmin(nearest, x * x + y * y);
     }
   return 0.02 * nearest;
@@ -471,7 +474,8 @@ static unsigned add_mesh(model *m, const char *name, part *p, unsigned material)
   return index;
 }
 
-/* Where a node is: scaled along its own axes, turned about z (roll), then about x (pitch), then about y (turn), in degrees. */
+/* Where a node is: scaled along its own axes, turned about z (roll), then about x (pitch), then about y (turn), in
+   degrees. */
 typedef struct place {
   double x, y, z, turn, pitch, roll, wide, high;
 } place;
@@ -516,7 +520,7 @@ static bool write_model(const model *m, const char *path) {
              "\"KHR_materials_emissive_strength\"],\n"
              "\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[{\"name\":\"sun\",\"type\":\"directional\","
              "\"color\":[1,0.93,0.82],\"intensity\":2.5}]}},\n"
-             "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.56,\"znear\":0.01}}],\n"
+             "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.58,\"znear\":0.01}}],\n"
              "\"samplers\":[{\"wrapS\":10497,\"wrapT\":10497}],\n");
   say(&json, "\"buffers\":[{\"byteLength\":%lu}],\n\"scene\":0,\"scenes\":[{\"nodes\":[", (unsigned long)m->data.count);
   for (unsigned i = 0; i < m->nodes.count; i++) say(&json, "%s%u", i ? "," : "", i);
@@ -550,7 +554,8 @@ static bool write_model(const model *m, const char *path) {
 
 /* >>materials ------------------------------------------------------------------------------------------------------ */
 
-/* Begins a material of a colour (linear), metallic and rough so far; what else it has follows, and then end_material. */
+/* Begins a material of a colour (linear), metallic and rough so far; what else it has follows, and then end_material.
+   */
 static unsigned begin_material(model *m, const char *name, const double colour[3], double metallic, double roughness,
                                const char *more_of_surface) {
   const unsigned index = next(&m->materials);
@@ -757,17 +762,18 @@ static void add_lantern(model *m) {
   lathe(&p, &turned, 32, 1);
   put(m, add_mesh(m, "candle", &p, plain_material(m, "wax", 0.85, 0.78, 0.62, 0, 0.6)), here);
 
-  ball(&p, 0.010, 0.110, 12);
+  ball(&p, 0.013, 0.110, 12);
   const unsigned flame = begin_material(m, "flame", white, 0, 1, "");
   say(&m->materials.text, ",\"emissiveFactor\":[1,0.62,0.28],"
-                          "\"extensions\":{\"KHR_materials_emissive_strength\":{\"emissiveStrength\":500}}");
+                          "\"extensions\":{\"KHR_materials_emissive_strength\":{\"emissiveStrength\":300}}");
   end_material(m);
   put(m, add_mesh(m, "flame", &p, flame), here);
 }
 
 /* Three by four fields, each cut by its diagonals, so that leads hold 48 triangles of five colours. */
 static void add_window(model *m) {
-  enum { ACROSS = 3, UP = 4, COLOURS = 5 };
+  enum { COLOURS = 5 };
+  const int across = 3, up = 4;
   static const double tints[COLOURS][3] = {
       {0.85, 0.10, 0.09}, {0.95, 0.62, 0.12}, {0.10, 0.22, 0.80}, {0.10, 0.58, 0.26}, {0.86, 0.90, 0.88}};
   static const char *const names[COLOURS] = {"ruby pane", "amber pane", "cobalt pane", "emerald pane", "clear pane"};
@@ -777,27 +783,27 @@ static void add_window(model *m) {
   part panes[COLOURS], leads = {{NULL, 0, 0}, {NULL, 0, 0}, 0}, frame = {{NULL, 0, 0}, {NULL, 0, 0}, 0};
   const double normal[3] = {0, 0, 1};
   memset(panes, 0, sizeof panes);
-  for (int k = 0; k < ACROSS * UP; k++) {
-    const double x = left + field * (k % ACROSS), y = field * (k / ACROSS);
+  for (int k = 0; k < across * up; k++) {
+    const double x = left + field * (k % across), y = field * (k / across);
     const double at[5][3] = {{x, y, 0},
                              {x + field, y, 0},
                              {x + field, y + field, 0},
                              {x, y + field, 0},
                              {x + 0.5 * field, y + 0.5 * field, 0}};
     for (int side = 0; side < 4; side++) {
-      part *to = &panes[which[(k % ACROSS + k / ACROSS) % 2][side]];
+      part *to = &panes[which[(k % across + k / across) % 2][side]];
       const uint32_t a = vertex(to, at[side], normal, 0, 0), b = vertex(to, at[(side + 1) % 4], normal, 1, 0);
       triangle(to, a, b, vertex(to, at[4], normal, 0.5, 0.5));
     }
     bar(&leads, x, y, x + field, y + field, 0.005);
     bar(&leads, x + field, y, x, y + field, 0.005);
   }
-  for (int i = 1; i < ACROSS; i++) bar(&leads, left + field * i, 0, left + field * i, field * UP, 0.006);
-  for (int i = 1; i < UP; i++) bar(&leads, left, field * i, -left, field * i, 0.006);
+  for (int i = 1; i < across; i++) bar(&leads, left + field * i, 0, left + field * i, field * up, 0.006);
+  for (int i = 1; i < up; i++) bar(&leads, left, field * i, -left, field * i, 0.006);
   bar(&frame, left, 0, -left, 0, 0.028);
-  bar(&frame, left, field * UP, -left, field * UP, 0.028);
-  bar(&frame, left, 0, left, field * UP, 0.027);
-  bar(&frame, -left, 0, -left, field * UP, 0.027);
+  bar(&frame, left, field * up, -left, field * up, 0.028);
+  bar(&frame, left, 0, left, field * up, 0.027);
+  bar(&frame, -left, 0, -left, field * up, 0.027);
   for (int i = 0; i < COLOURS; i++)
     put(m, add_mesh(m, names[i], &panes[i], pane_material(m, names[i], tints[i])), here);
   put(m, add_mesh(m, "leads", &leads, plain_material(m, "lead", 0.25, 0.25, 0.27, 0, 0.6)), here);
@@ -806,7 +812,7 @@ static void add_window(model *m) {
 
 /* Both look along their own -z. */
 static void add_view_and_sun(model *m) {
-  begin_node(m, place_at(0.03, 0.42, 1.42, 0, -11.5, 0, 1));
+  begin_node(m, place_at(0.045, 0.42, 1.44, 0, -11.5, 0, 1));
   say(&m->nodes.text, ",\"camera\":0}");
   begin_node(m, place_at(1, 1, 0, 83, -36, 0, 1));
   say(&m->nodes.text, ",\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}}");

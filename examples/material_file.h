@@ -1,23 +1,22 @@
-/* Materials of files as pktrt's: colours, textures and normal maps by one texture hook. Include after common.h and pktrt.h.
+/* Materials of files as pktrt's: colours, textures and normal maps by one texture hook. Include after common.h and
+   pktrt.h. One material of a file becomes one of pktrt:
 
-   One material of a file becomes one of pktrt:
+     metal and roughness    Metallic 0 without a texture of it: diffuse with a coat by ior, its lobe by roughness; above
+     (glTF)                 roughness 0.8 diffuse alone. Else a mirror, whose reflectance the hook sets by point and
+                            angle, F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5 with F0 = ((ior - 1) / (ior + 1))^2
+                            mixed with the colour by metallic, over the albedo colour (1 - metallic) (1 - reflectance).
+     roughness              Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05.
+     specular, glossiness   The same with F0 of the file, metallic 0 and roughness 1 - glossiness.
+     transmission           With a thickness glass that absorbs by attenuation; without, a thin sheet tinted by colour.
+     alpha                  Mask: a cutout at its cutoff. Blend: a ray goes on with probability 1 - alpha.
+     unlit                  Emits its colour and reflects nothing.
+     Kd, Ks, Ns, Ni, d,     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has
+     illum (.mtl, others)   the exponent Ns, ideal from 1000 on. Grey Ks: a coat of 2 Ks, at most 1, times Fresnel of
+                            Ni. d below 1: with illum 4, 6, 7, 9 glass of Ni, else blend.
+     emission               Is seen, and gives light where no texture changes it (mesh_file.h).
 
-     metal and roughness (glTF)   metallic 0, no texture of it: diffuse with a coat by ior, its lobe by roughness; roughness above
-                                  0.8: diffuse alone. Else a mirror, whose reflectance the hook sets by point and angle:
-                                  F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5, F0 = ((ior - 1) / (ior + 1))^2 mixed with the
-                                  colour by metallic, and the albedo colour (1 - metallic) (1 - reflectance)
-     roughness                    Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05
-     specular and glossiness      the same, with F0 of the file and roughness 1 - glossiness
-     transmission                 with a thickness glass that absorbs by attenuation, without a thin sheet, tinted by the colour
-     alpha                        mask: a cutout at its cutoff; blend: a ray goes on with probability 1 - alpha
-     unlit                        emits its colour, and reflects nothing
-     Kd, Ks, Ns, Ni, d, illum     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has the
-                                  exponent Ns unless that is 1000 or more. Grey Ks: a coat of 2 Ks (at most 1) times Fresnel of Ni.
-                                  d below 1: with illum 4, 6, 7 or 9 glass of Ni, else blend
-     emission                     is seen, and gives light where no texture changes it (mesh_file.h)
-
-   Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission, opacity,
-   reflectance and normals (in the space of tangents); one set of coordinates for each material.
+   Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission,
+   opacity, reflectance and normals (in the space of tangents), with one set of coordinates for each material.
 
    Contents: meshes, maps, hook, classic, physical, strength, read. */
 #ifndef EXAMPLES_MATERIAL_FILE_H
@@ -250,13 +249,13 @@ typedef struct material_files {
   const C_STRUCT aiScene *file;
   material_file *material;
   uint32_t count;
-  material_meshes meshes;
+  material_meshes *meshes; /* of its own, so that this may be moved */
   struct material_picture *picture;
   uint32_t picture_count;
   uint64_t texels;
   unsigned textures; /* used */
   /* Not used. */
-  unsigned unknown, missing, other_maps, other_coordinates, layers, frosted;
+  unsigned unknown, broken, missing, other_maps, other_coordinates, layers, frosted;
   bool lacks_stb;
 } material_files;
 
@@ -312,7 +311,7 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
   int illum = 2;
   const bool is_mtl = aiGetMaterialIntegerArray(from, MATERIAL_KEY_ILLUM, &illum, NULL) == aiReturn_SUCCESS;
   const float exponent = material_number(from, AI_MATKEY_SHININESS, 0);
-  const bool ideal = !(exponent < 1000);
+  const bool ideal = exponent >= 1000 || exponent < 1; /* none is given with what is a mirror by illum */
   const bool glass = illum == 4 || illum == 6 || illum == 7 || illum == 9;
   material_colour(from, "$clr.specular", 1, shine);
   m->alpha = material_within(material_number(from, AI_MATKEY_OPACITY, 1), 0, 1);
@@ -325,10 +324,11 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
     return;
   }
   if (m->alpha < 1) m->transparent = MATERIAL_BLEND;
-  if (!(material_most(shine) > 0) || (!ideal && exponent < 1)) return;
+  const bool mirror = is_mtl && (illum == 3 || illum == 5 || illum == 8);
+  if (!(material_most(shine) > 0) || (!mirror && exponent < 1)) return;
 
   const bool coloured = material_most(shine) - material_least(shine) > 0.1f;
-  if (coloured || (is_mtl && (illum == 3 || illum == 5 || illum == 8))) {
+  if (coloured || mirror) {
     made->specular = PKTRT_SPECULAR_MIRROR;
     memcpy(made->reflectance, shine, sizeof shine);
   } else {
@@ -370,6 +370,8 @@ static void material_read_physical(material_files *files, material_file *m, cons
   const float ior = material_ior(from);
   m->metallic = glossy ? 0 : material_within(material_number(from, AI_MATKEY_METALLIC_FACTOR, 1), 0, 1);
   m->roughness = material_within(material_number(from, AI_MATKEY_ROUGHNESS_FACTOR, 1), 0, 1);
+  if (!material_has(from, AI_MATKEY_NAME) && !(m->roughness < 1))
+    m->metallic = 0; /* the default of glTF is a rough metal */
   if (glossy) m->roughness = 1 - material_within(material_number(from, AI_MATKEY_GLOSSINESS_FACTOR, 1), 0, 1);
   for (int c = 0; c < 3; c++) m->f0[c] = (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1));
   if (glossy) material_colour(from, "$clr.specular", 1, m->f0);
@@ -491,7 +493,8 @@ static bool material_is_picture(const char *name) {
   return false;
 }
 
-/* Writes where a picture is: beside the file that names it, by its path from there or by its name alone. False: nowhere. */
+/* Writes where a picture is: beside the file that names it, by its path from there or by its name alone. False:
+   nowhere. */
 static bool material_find_picture(const char *path, const char *name, char *found, size_t room) {
   char plain[1024];
   struct stat info;
@@ -557,11 +560,16 @@ static void material_read_picture(material_files *files, material_picture *pictu
     return;
   }
 #endif
-  if (embedded ? embedded->mHeight == 0 && kind[0] && !material_is_picture(kind) : !material_is_picture(kind)) {
+  const bool raw = embedded && (embedded->mHeight > 0 || !kind[0]);
+  if (!embedded && picture->name[0] == '*') {
+    files->missing++;
+    return;
+  }
+  if (!raw && !material_is_picture(kind)) {
     files->unknown++;
     return;
   }
-  if (!embedded && (picture->name[0] == '*' || !material_find_picture(files->path, picture->name, path, sizeof path))) {
+  if (!embedded && !material_find_picture(files->path, picture->name, path, sizeof path)) {
     files->missing++;
     return;
   }
@@ -575,7 +583,7 @@ static void material_read_picture(material_files *files, material_picture *pictu
   }
   free(picture->made);
   picture->made = NULL;
-  files->unknown++;
+  files->broken++;
 }
 
 /* Returns a picture by its name, or NULL if there is none that can be shown. */
@@ -594,8 +602,8 @@ static const image *material_get_picture(material_files *files, const char *name
   return picture->made;
 }
 
-/* Sets where a map lies. assimp turns glTF's transforms, which are about the upper left corner, to such about the middle; this
-   turns them back, for coordinates that begin in the lower left corner. */
+/* Sets where a map lies. assimp turns glTF's transforms, which are about the upper left corner, to such about the
+   middle; this turns them back, for coordinates that begin in the lower left corner. */
 static void material_place_map(material_map *map, const C_STRUCT aiMaterial *from, C_ENUM aiTextureType type,
                                unsigned at) {
   C_STRUCT aiUVTransform t;
@@ -710,7 +718,7 @@ static void material_read(material_files *files, material_file *m, const C_STRUC
                         material_has(from, AI_MATKEY_GLOSSINESS_FACTOR);
   m->alpha = 1;
   m->cutoff = 0.5f;
-  m->meshes = &files->meshes;
+  m->meshes = files->meshes;
   memcpy(m->colour, grey, sizeof grey);
   if (!material_colour(from, "$clr.base", 1, m->colour)) material_colour(from, "$clr.diffuse", 1, m->colour);
   material_colour(from, "$clr.emissive", MATERIAL_MAX_EMISSION, made->emission);
@@ -740,6 +748,8 @@ EX_UNUSED static void material_free(material_files *files) {
     if (files->picture[i].made) image_free(files->picture[i].made);
     free(files->picture[i].made);
   }
+  if (files->meshes) free(files->meshes->mesh);
+  free(files->meshes);
   free(files->picture);
   free(files->material);
 }

@@ -1,4 +1,4 @@
-/* Meshes from files, for examples and benchmarks:
+/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if they have any:
 
      .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a triangle soup
      .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)
@@ -538,8 +538,8 @@ static int mesh_file_compare_places(const void *a, const void *b) {
   return (p->vertex > q->vertex) - (p->vertex < q->vertex);
 }
 
-/* Returns for each corner the first vertex that has its position, where files have several for the sake of texture coordinates
-   or colours; NULL: no memory. */
+/* Returns for each corner the first vertex that has its position, where files have several for the sake of texture
+   coordinates or colours; NULL: no memory. */
 static uint32_t *mesh_file_weld(const mesh_file_shape *shape) {
   const size_t n = shape->vertices, corners = 3 * (size_t)shape->triangles;
   mesh_file_place *places = (mesh_file_place *)malloc(n * sizeof *places + 1);
@@ -565,8 +565,8 @@ static uint32_t *mesh_file_weld(const mesh_file_shape *shape) {
   return NULL;
 }
 
-/* Gives a shape without normals smooth ones; then it has three vertices a triangle if it has more than positions. False: no
-   memory. */
+/* Gives a shape without normals smooth ones; then it has three vertices a triangle if it has more than positions.
+   False: no memory. */
 static bool mesh_file_smooth_shape(mesh_file_shape *shape) {
   const size_t corners = 3 * (size_t)shape->triangles;
   mesh_file_smoothing smoothing;
@@ -598,8 +598,8 @@ static bool mesh_file_smooth_shape(mesh_file_shape *shape) {
   return ok;
 }
 
-/* Gives a shape tangents and bitangents: at each vertex the sums over its triangles of the directions in which u and v grow.
-   False: no memory. */
+/* Gives a shape tangents and bitangents: at each vertex the sums over its triangles of the directions in which u
+   and v grow. False: no memory. */
 static bool mesh_file_find_tangents(mesh_file_shape *shape) {
   shape->tangents = (float *)calloc((size_t)shape->vertices * 6 + 1, sizeof(float));
   if (!shape->tangents) return false;
@@ -736,7 +736,7 @@ static bool mesh_file_note(mesh_file_reader *r, mesh_file_shape *shape, material
 
 /* Lets hooks find a mesh by its index. */
 static bool mesh_file_list(mesh_file_reader *r, uint32_t index, const material_mesh *noted) {
-  material_meshes *meshes = &r->to->materials.meshes;
+  material_meshes *meshes = r->to->materials.meshes;
   if (!noted->indices) return true;
   if (index >= meshes->count) {
     const size_t n = (size_t)index + 1 + index / 2;
@@ -897,7 +897,8 @@ typedef struct mesh_file_waiting {
   float place[12];
 } mesh_file_waiting;
 
-/* Visits all nodes, a node before its children, which come in their order; not by recursion, for a file may nest them deep. */
+/* Visits all nodes, a node before its children, which come in their order; not by recursion, for a file may nest
+   them deep. */
 static bool mesh_file_visit(mesh_file_reader *r,
                             bool (*visit)(mesh_file_reader *, const C_STRUCT aiNode *, const float place[12])) {
   static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -954,8 +955,8 @@ static bool mesh_file_usable(const float v[3], float most) {
   return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
 }
 
-/* glTF's lights are in candela and lux, and weaken by the square of the distance. Those of other formats make a white surface
-   that faces them as bright as they are; one that does not weaken with distance does here. */
+/* glTF's lights are in candela and lux, and weaken by the square of the distance. Those of other formats make a
+   white surface that faces them as bright as they are; one that does not weaken with distance does here. */
 static bool mesh_file_add_light(mesh_file_reader *r, const C_STRUCT aiLight *from, const float place[12]) {
   pktrt_light light;
   mesh_file *to = r->to;
@@ -989,8 +990,8 @@ static bool mesh_file_add_light(mesh_file_reader *r, const C_STRUCT aiLight *fro
   return pktrt_add_light(r->world, &light, NULL) == PKTRT_OK || mesh_file_refused(r);
 }
 
-/* The first camera of the file. glTF's importer puts the place of a camera's node into the camera as well, and takes the angle
-   up and down times the aspect for that across. */
+/* The first camera of the file. glTF's importer puts the place of a camera's node into the camera as well, and
+   takes the angle up and down times the aspect for that across. */
 static void mesh_file_take_camera(mesh_file_reader *r, const C_STRUCT aiCamera *from, const float place[12]) {
   const bool gltf = ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb");
   const C_STRUCT aiVector3D zero = {0, 0, 0};
@@ -1056,6 +1057,7 @@ static void mesh_file_tell(const mesh_file_reader *r) {
   }
   snprintf(line.text, sizeof line.text, "%.400s: not used: ", r->path);
   mesh_file_say(&line, m->unknown, "texture of an unknown kind", "textures of an unknown kind");
+  mesh_file_say(&line, m->broken, "texture that cannot be read", "textures that cannot be read");
   mesh_file_say(&line, m->missing, "texture that is not there", "textures that are not there");
   mesh_file_say(&line, m->other_maps, "texture of what is no colour, roughness, emission, opacity or normal",
                 "textures of what is no colour, roughness, emission, opacity or normal");
@@ -1088,10 +1090,13 @@ static bool mesh_file_add_materials(mesh_file_reader *r) {
   bool *coloured = (bool *)calloc((size_t)n + 1, sizeof *coloured);
   files->path = r->path;
   files->file = r->file;
-  files->meshes.world = r->world;
-  files->meshes.of_model = r->as_model;
+  files->meshes = (material_meshes *)calloc(1, sizeof *files->meshes);
   files->material = (material_file *)calloc((size_t)n + 1, sizeof *files->material);
-  bool ok = (files->material && coloured) || mesh_file_no_memory(r);
+  bool ok = (files->meshes && files->material && coloured) || mesh_file_no_memory(r);
+  if (ok) {
+    files->meshes->world = r->world;
+    files->meshes->of_model = r->as_model;
+  }
   for (unsigned i = 0; ok && i < r->file->mNumMeshes; i++)
     if (r->file->mMeshes[i]->mColors[0] && r->file->mMeshes[i]->mMaterialIndex < n)
       coloured[r->file->mMeshes[i]->mMaterialIndex] = true;
@@ -1105,8 +1110,7 @@ static bool mesh_file_add_materials(mesh_file_reader *r) {
   if (ok && !r->plain && aiGetVersionMajor() * 100 + aiGetVersionMinor() < 503) material_read_strengths(files);
   for (unsigned i = 0; ok && i < n; i++) {
     material_file *m = &files->material[i];
-    if (!m->is_default)
-      ok = pktrt_add_material(r->world, &m->made, &m->index) == PKTRT_OK || mesh_file_refused(r);
+    if (!m->is_default) ok = pktrt_add_material(r->world, &m->made, &m->index) == PKTRT_OK || mesh_file_refused(r);
   }
   free(coloured);
   return ok;
@@ -1169,7 +1173,6 @@ EX_UNUSED static void mesh_file_close(mesh_file *file) {
   free(file->owned);
   free(file->of_model);
 #ifdef HAVE_ASSIMP
-  free(file->materials.meshes.mesh);
   material_free(&file->materials);
 #endif
   memset(file, 0, sizeof *file);
@@ -1182,8 +1185,8 @@ EX_UNUSED static bool mesh_file_open(mesh_file *file, pktrt_scene *world, const 
   return mesh_file_read(file, world, path, false, as_model);
 }
 
-/* Adds the meshes of a file to the scene, all of them diffuse, without textures and lights; false after one line that says
-   why not. */
+/* Adds the meshes of a file to the scene, all of them diffuse, without textures and lights; false after one line
+   that says why not. */
 EX_UNUSED static bool mesh_file_load(pktrt_scene *world, const char *path) {
   mesh_file file;
   const bool ok = mesh_file_read(&file, world, path, true, false);

@@ -1,4 +1,5 @@
-/* Where a mesh is seen from, and its light, where a file says neither; and both, where it does. Include after mesh_file.h. */
+/* Where a mesh is seen from, and its light, where a file says neither; and both, where it does. Include after
+   mesh_file.h. */
 #ifndef EXAMPLES_MESH_VIEW_H
 #define EXAMPLES_MESH_VIEW_H
 
@@ -69,9 +70,9 @@ static double mesh_view_distance_of_box(const double half[3], const double from[
   return 1.03 * distance;
 }
 
-/* A camera that sees the whole bounding sphere, or all corners of a field's box. In double, whose range holds squares of
-   any coordinate that the library takes. Where floats are too coarse to place an eye near the mesh, it is farther away
-   and its angle smaller. */
+/* A camera that sees the whole bounding sphere, or all corners of a field's box. In double, whose range holds
+   squares of any coordinate that the library takes. Where floats are too coarse to place an eye near the mesh, it
+   is farther away and its angle smaller. */
 static bool mesh_view_frame_bounds(const mesh_view *v, const pktrt_scene_info *info, pktrt_camera *camera) {
   const double degrees = 57.29577951308232, aspect = v->aspect, narrow = aspect < 1 ? aspect : 1;
   const double *from = mesh_view_eye_direction(v);
@@ -135,8 +136,8 @@ static bool mesh_view_light_mesh(const mesh_view *v, pktrt_scene *world, const p
   return mesh_view_add_light(world, &key) && mesh_view_add_light(world, &fill);
 }
 
-/* A sky for what reflects: radiance over the horizon, above, and of the ground. Static: environments get the `user` of the
-   render. */
+/* A sky for what reflects: radiance over the horizon, above, and of the ground. Static: environments get the `user`
+   of the render. */
 static float mesh_view_strength;
 static bool mesh_view_up_z;
 
@@ -152,8 +153,8 @@ static void mesh_view_sky(void *user, uint32_t n, const float *const direction[3
   }
 }
 
-/* Returns about how much light of the file arrives at the middle of the scene: irradiance. Emitting meshes alone that give
-   hardly any, as lamps on a dashboard, do not count: 0. */
+/* Returns about how much light of the file arrives at the middle of the scene: irradiance. Emitting meshes alone
+   that give hardly any, as lamps on a dashboard, do not count: 0. */
 static double mesh_view_irradiance(const mesh_file *file, const pktrt_scene_info *info) {
   double square = 0, aside = 0;
   const double points = file->light_sum[1];
@@ -168,8 +169,8 @@ static double mesh_view_irradiance(const mesh_file *file, const pktrt_scene_info
   return file->light_sum[0] + points / fmax(aside, 0.25 * square) + glow;
 }
 
-/* Gives the scene light and the render surroundings. Returns whether the light is the file's; *ok is false after saying what
-   went wrong. */
+/* Gives the scene light and the render surroundings. Returns whether the light is the file's; *ok is false after
+   saying what went wrong. */
 static bool mesh_view_light(const mesh_view *v, const mesh_file *file, pktrt_scene *world, pktrt_render_desc *view,
                             bool *ok) {
   pktrt_scene_info info;
@@ -203,8 +204,8 @@ static void mesh_view_take_camera(const mesh_file *file, const pktrt_scene_info 
     camera->target[a] = (float)((double)camera->eye[a] + distance * (double)camera->target[a]);
 }
 
-/* Returns the factor that makes 0.8 of the brightness that nine tenths of the pixels stay below; what shows the background or
-   is black does not count. 1 where there is nothing else. */
+/* Returns the factor that makes 0.8 of the brightness that nine tenths of the pixels stay below; what shows the
+   background or is black does not count. 1 where there is nothing else. */
 EX_UNUSED static double mesh_view_exposure(const float *pixels, size_t n, const float background[3]) {
   enum { STEPS = 4096 };
   static size_t count[STEPS]; /* by the logarithm, 32 to an octave, from 2^-64 to 2^64 */

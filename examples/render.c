@@ -1,5 +1,7 @@
-/* Renders a scene or a mesh file: the command line of pktrt.h. `render --help` says what it takes. Everything that
-   arrives from outside, arguments and files, is checked before it is used; what is wrong is said in one line. */
+/* Renders a scene or a mesh file: the command line of pktrt.h. `render --help` says what it takes. A file is seen
+   with its materials and textures (material_file.h says how they are mapped), under its lights and by its camera if
+   it has any. Everything that arrives from outside, arguments and files, is checked before it is used; what is
+   wrong is said in one line. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION
@@ -58,7 +60,7 @@ static const char *const measure_names[] = {"rmse", "relative", NULL};
 
 static void print_help_picture(void) {
   printf("\nthe picture:\n"
-         "  --mode MODE      rcs: ray casting with shadows (default)\n"
+         "  --mode MODE      rcs: ray casting with shadows (default, but for mesh files that reflect or shine)\n"
          "                   wrt: Whitted's, with mirrors and glass\n"
          "                   drt: distribution ray tracing, with lens, shutter, area lights and gloss\n"
          "  --size WxH       in pixels (default 1024x1024)\n"
@@ -74,7 +76,8 @@ static void print_help_picture(void) {
       PKTRT_MAX_DEPTH, PKTRT_MAX_DEPTH);
   print_words("", branching_names);
   printf(
-      "  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all);\n"
+      "  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all,\n"
+      "                   or from 17 lights of a mesh file on one-everywhere);\n"
       "                   one-everywhere: one where it ends, too, as for the 1,000 of --scene lamps\n"
       "  --glass-shadows pass|block\n"
       "                   whether light passes glass (default pass; rcs: block)\n"
@@ -146,6 +149,9 @@ static void print_help(void) {
          "  --shutter S      part of the loop that the shutter stays open, 0 to 1 (default: drt one frame, else 0)\n"
          "  --light-size F   quads, spheres and lamp meshes F times as wide about their middles, power unchanged\n"
          "  --mesh FILE      a mesh: .tri%s\n"
+         "                   Materials, textures, normals, lights, the first camera and instances are the file's; what "
+         "is\n"
+         "                   not used of it is said in one line. Files that reflect or shine are made in drt\n"
          "  --up y|z         what is up in a mesh file (default y)\n"
          "  --environment FILE\n"
          "                   a picture of all directions, twice as wide as high, lights what is seen: .hdr, or .png, "
@@ -154,7 +160,7 @@ static void print_help(void) {
          "  --instances N    the mesh or scene as a model, built once and shown N times, 1 to %d, in a square\n"
          "                   field; a scene is then without its own lights and camera, seen and lit as a mesh is\n"
          "  --camera EX,EY,EZ,TX,TY,TZ\n"
-         "                   eye and target (default: the scene's, or one that frames the mesh)\n"
+         "                   eye and target (default: the scene's or file's, or one that frames the mesh)\n"
          "  --aperture D     diameter of the lens (default: the scene's; seen in drt)\n"
          "  --focus D        distance of what is sharp (default: the scene's, else that of the target)\n",
 #ifdef HAVE_ASSIMP
@@ -540,7 +546,8 @@ static bool view_bounds(job *j) {
   return ok;
 }
 
-/* Unless the command line says a mode, takes the one that alone shows what the file has: gloss and light with extent. */
+/* Unless the command line says a mode, takes the one that alone shows what the file has: gloss and light with
+   extent. */
 static bool choose_mode(job *j) {
   options *o = &j->given;
   if (o->has_mode || !(j->file.scatters || j->file.lights > 0)) return true;

@@ -551,7 +551,8 @@ static bool gather_pass(void *user, const pktrt_report *report) {
   return true;
 }
 
-/* Renders a preview; for the filter in two passes, of two samples, as a single one would lie in the middle each time. */
+/* Renders a preview; for the filter in two passes, of two samples, as a single one would lie in the middle each
+   time. */
 static bool render_preview(viewer *v, pktrt_render_desc *d) {
   filter_picture picture;
   if (!v->now.filter) return pktrt_render(v->world, d) == PKTRT_OK || ex_fail("%s", pktrt_last_error(v->world));

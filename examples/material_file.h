@@ -1,10 +1,10 @@
 /* Materials of files as pktrt's: colours, textures and normal maps by one texture hook. Include after common.h and
    pktrt.h. One material of a file becomes one of pktrt:
 
-     metal and roughness    Metallic 0 without a texture of it: diffuse with a coat by ior, its lobe by roughness; above
-     (glTF)                 roughness 0.8 diffuse alone. Else a mirror, whose reflectance the hook sets by point and
-                            angle, F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5 with F0 = ((ior - 1) / (ior + 1))^2
-                            mixed with the colour by metallic, over the albedo colour (1 - metallic) (1 - reflectance).
+     metal and roughness    Above roughness 0.8 diffuse, metal or not. Metallic 0 without a texture of it: diffuse with a
+     (glTF)                 coat by ior. Else a mirror, whose reflectance the hook sets by point and angle,
+                            F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5 with F0 = ((ior - 1) / (ior + 1))^2 mixed
+                            with the colour by metallic, over the albedo colour (1 - metallic) (1 - reflectance).
      roughness              Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05.
      specular, glossiness   The same with F0 of the file, metallic 0 and roughness 1 - glossiness.
      transmission           With a thickness glass that absorbs by attenuation; without, a thin sheet tinted by colour.
@@ -27,8 +27,8 @@
 #define MATERIAL_MAX_EMISSION 1e6f /* radiance */
 #define MATERIAL_MAX_EXPONENT 1e6f
 #define MATERIAL_IDEAL_ROUGHNESS 0.05f
-#define MATERIAL_DIFFUSE_ROUGHNESS 0.8f /* of what is no metal */
-#define MATERIAL_MAX_TEXELS (1u << 28)  /* of all pictures of a file together */
+#define MATERIAL_DIFFUSE_ROUGHNESS 0.8f
+#define MATERIAL_MAX_TEXELS (1u << 28) /* of all pictures of a file together */
 
 /* >>meshes --------------------------------------------------------------------------------------------------------- */
 
@@ -169,7 +169,8 @@ static void material_reflect(const material_file *m, const float colour[3], cons
   float texel[4], normal[3], direction[3];
   material_sample(&m->map[MATERIAL_MAP_ROUGHNESS], points, i, texel);
   const float roughness = m->roughness * texel[1];
-  const float metallic = m->metallic * texel[2];
+  const bool matte = roughness > MATERIAL_DIFFUSE_ROUGHNESS;
+  const float metallic = matte ? 0 : m->metallic * texel[2];
   material_sample(&m->map[MATERIAL_MAP_SHINE], points, i, texel);
 
   for (int c = 0; c < 3; c++) {
@@ -179,11 +180,10 @@ static void material_reflect(const material_file *m, const float colour[3], cons
   const float cosine = material_normalise(normal) ? fabsf(material_dot(normal, direction)) : 1;
   const float aside = material_within(1 - cosine, 0, 1);
   const float fifth = aside * aside * aside * aside * aside;
-  const float matte = roughness > MATERIAL_DIFFUSE_ROUGHNESS ? metallic : 1;
   for (int c = 0; c < 3; c++) {
     const float f0 = m->f0[c] * texel[c] * (1 - metallic) + colour[c] * metallic;
     const float most = f0 > 1 - roughness ? f0 : 1 - roughness;
-    const float reflected = matte * material_within(f0 + (most - f0) * fifth, 0, 1);
+    const float reflected = matte ? 0 : material_within(f0 + (most - f0) * fifth, 0, 1);
     points->reflectance[c][i] = reflected;
     points->albedo[c][i] = colour[c] * (1 - metallic) * (1 - reflected);
   }
@@ -316,6 +316,7 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
   material_colour(from, "$clr.specular", 1, shine);
   m->alpha = material_within(material_number(from, AI_MATKEY_OPACITY, 1), 0, 1);
   if (is_mtl && illum < 2) memset(shine, 0, sizeof shine);
+  if (!is_mtl && !(m->alpha > 0)) m->alpha = 1; /* formats disagree on which end is opaque */
 
   if (is_mtl && glass && m->alpha < 1) {
     made->specular = PKTRT_SPECULAR_DIELECTRIC;
@@ -370,8 +371,6 @@ static void material_read_physical(material_files *files, material_file *m, cons
   const float ior = material_ior(from);
   m->metallic = glossy ? 0 : material_within(material_number(from, AI_MATKEY_METALLIC_FACTOR, 1), 0, 1);
   m->roughness = material_within(material_number(from, AI_MATKEY_ROUGHNESS_FACTOR, 1), 0, 1);
-  if (!material_has(from, AI_MATKEY_NAME) && !(m->roughness < 1))
-    m->metallic = 0; /* the default of glTF is a rough metal */
   if (glossy) m->roughness = 1 - material_within(material_number(from, AI_MATKEY_GLOSSINESS_FACTOR, 1), 0, 1);
   for (int c = 0; c < 3; c++) m->f0[c] = (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1));
   if (glossy) material_colour(from, "$clr.specular", 1, m->f0);
@@ -385,8 +384,8 @@ static void material_read_physical(material_files *files, material_file *m, cons
 
   const bool textured = m->map[MATERIAL_MAP_ROUGHNESS].picture != NULL;
   const bool ideal = m->roughness < MATERIAL_IDEAL_ROUGHNESS && !textured;
+  if (m->roughness > MATERIAL_DIFFUSE_ROUGHNESS && !textured) return;
   if (!glossy && !textured && !(m->metallic > 0)) {
-    if (m->roughness > MATERIAL_DIFFUSE_ROUGHNESS) return;
     made->specular = PKTRT_SPECULAR_COAT;
     made->ior[0] = ior;
   } else {

@@ -1,4 +1,4 @@
-/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if they have any:
+/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if there are any:
 
      .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a triangle soup
      .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)
@@ -683,6 +683,10 @@ static double mesh_file_area(const mesh_file_shape *shape) {
 
 /* >>nodes ---------------------------------------------------------------------------------------------------------- */
 
+typedef struct mesh_file_box {
+  float lo[3], hi[3];
+} mesh_file_box;
+
 /* A file on its way to the scene. */
 typedef struct mesh_file_reader {
   pktrt_scene *world;
@@ -690,10 +694,12 @@ typedef struct mesh_file_reader {
   const C_STRUCT aiScene *file;
   mesh_file *to;
   bool plain, as_model;
-  uint32_t *uses;  /* of each mesh, by nodes */
-  uint32_t *model; /* of each mesh, one more than its index; 0: none yet */
+  uint32_t *uses;     /* of each mesh, by nodes */
+  uint32_t *model;    /* of each mesh, one more than its index; 0: none yet */
+  mesh_file_box *box; /* of the models' vertices */
   uint64_t triangles;
   uint32_t scene_meshes;
+  double lo[3], hi[3]; /* of all vertices, by their nodes */
   bool some;
   /* Not used. */
   unsigned spots, other_lights, dark_glows, shapes;
@@ -780,6 +786,21 @@ static pktrt_mesh_desc mesh_file_describe(const mesh_file_shape *shape, const ma
   return mesh;
 }
 
+/* Widens the bounds by the vertices of a shape that has been moved, or is to be, unless `place` is NULL. */
+static void mesh_file_widen(mesh_file_reader *r, const mesh_file_shape *shape, const float *place) {
+  for (size_t i = 0; i < shape->vertices; i++) {
+    const float *p = shape->positions + 3 * i;
+    for (int a = 0; a < 3; a++) {
+      double x = (double)p[a];
+      if (place)
+        x = (double)place[4 * a] * (double)p[0] + (double)place[4 * a + 1] * (double)p[1] +
+            (double)place[4 * a + 2] * (double)p[2] + (double)place[4 * a + 3];
+      if (x < r->lo[a]) r->lo[a] = x;
+      if (x > r->hi[a]) r->hi[a] = x;
+    }
+  }
+}
+
 /* Makes a light of a mesh that emits. */
 static bool mesh_file_shine(mesh_file_reader *r, uint32_t index, const material_file *material, double area) {
   const float *emission = material->made.emission;
@@ -808,6 +829,7 @@ static bool mesh_file_add_baked(mesh_file_reader *r, const C_STRUCT aiMesh *from
   bool ok = mesh_file_shape_of(r, from, place, &shape);
   if (ok && shape.triangles > 0) {
     const pktrt_mesh_desc mesh = mesh_file_describe(&shape, material);
+    mesh_file_widen(r, &shape, NULL);
     if (r->as_model) {
       index = r->to->kept.count;
       ok = mesh_file_keep(&r->to->kept, r->path, &mesh);
@@ -834,6 +856,12 @@ static bool mesh_file_add_model(mesh_file_reader *r, unsigned which) {
     const pktrt_mesh_desc mesh = mesh_file_describe(&shape, mesh_file_material(r, from));
     ok = pktrt_add_model(r->world, &mesh, 1, &model) == PKTRT_OK || mesh_file_refused(r);
     if (ok) r->model[which] = model + 1;
+    for (int a = 0; a < 3; a++) r->box[which].lo[a] = r->box[which].hi[a] = shape.positions[a];
+    for (size_t i = 3; i < 3 * (size_t)shape.vertices; i++) {
+      const size_t a = i % 3;
+      if (shape.positions[i] < r->box[which].lo[a]) r->box[which].lo[a] = shape.positions[i];
+      if (shape.positions[i] > r->box[which].hi[a]) r->box[which].hi[a] = shape.positions[i];
+    }
     if (ok && !r->plain) ok = mesh_file_note(r, &shape, &r->to->of_model[which]) || mesh_file_no_memory(r);
   }
   mesh_file_free_shape(&shape);
@@ -851,6 +879,13 @@ static bool mesh_file_add_instance(mesh_file_reader *r, unsigned which, const fl
   if (pktrt_add_instance(r->world, &instance, NULL) != PKTRT_OK)
     return mesh_file_add_baked(r, r->file->mMeshes[which],
                                place); /* flattened, which is no instance, or refused again */
+  float corners[24];
+  mesh_file_shape ends;
+  memset(&ends, 0, sizeof ends);
+  ends.positions = corners;
+  ends.vertices = 8;
+  for (int i = 0; i < 24; i++) corners[i] = i / 3 >> i % 3 & 1 ? r->box[which].hi[i % 3] : r->box[which].lo[i % 3];
+  mesh_file_widen(r, &ends, place);
   material_mesh noted = r->to->of_model[which];
   const uint32_t index = r->scene_meshes++;
   if (!noted.indices) return true;
@@ -955,14 +990,27 @@ static bool mesh_file_usable(const float v[3], float most) {
   return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
 }
 
-/* glTF's lights are in candela and lux, and weaken by the square of the distance. Those of other formats make a
-   white surface that faces them as bright as they are; one that does not weaken with distance does here. */
+/* Returns the factor that makes a light's colour its intensity. glTF's lights are in candela and lux, and weaken by the
+   square of the distance. Those of other formats make a white surface that faces them as bright as they are, by an
+   attenuation of their own; here they do so at their distance from the middle of the scene. */
+static double mesh_file_scale(const mesh_file_reader *r, const C_STRUCT aiLight *from, const float position[3]) {
+  double square = 0, most = 0;
+  if (ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb")) return 1;
+  if (from->mType == aiLightSource_DIRECTIONAL) return 3.14159265358979;
+  for (int a = 0; a < 3; a++) {
+    square += pow(0.5 * (r->lo[a] + r->hi[a]) - (double)position[a], 2);
+    most += pow(0.5 * (r->hi[a] - r->lo[a]), 2);
+  }
+  square = fmax(square, 0.25 * most);
+  const double weakens = (double)from->mAttenuationConstant + (double)from->mAttenuationLinear * sqrt(square) +
+                         (double)from->mAttenuationQuadratic * square;
+  return 3.14159265358979 * square / (weakens > 0 && weakens < 1e30 ? weakens : 1);
+}
+
 static bool mesh_file_add_light(mesh_file_reader *r, const C_STRUCT aiLight *from, const float place[12]) {
   pktrt_light light;
   mesh_file *to = r->to;
   memset(&light, 0, sizeof light);
-  const bool physical = ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb");
-  const float scale = physical ? 1 : 3.14159265f;
   const bool directional = from->mType == aiLightSource_DIRECTIONAL;
   const bool point = from->mType == aiLightSource_POINT || from->mType == aiLightSource_SPOT;
   if ((!directional && !point) || to->lights >= MESH_FILE_MAX_LIGHTS) {
@@ -971,11 +1019,12 @@ static bool mesh_file_add_light(mesh_file_reader *r, const C_STRUCT aiLight *fro
   }
   r->spots += from->mType == aiLightSource_SPOT;
   light.kind = directional ? PKTRT_LIGHT_DIRECTIONAL : PKTRT_LIGHT_POINT;
-  light.intensity[0] = material_within(scale * (float)from->mColorDiffuse.r, 0, 1e12f);
-  light.intensity[1] = material_within(scale * (float)from->mColorDiffuse.g, 0, 1e12f);
-  light.intensity[2] = material_within(scale * (float)from->mColorDiffuse.b, 0, 1e12f);
   mesh_file_apply(place, &from->mPosition, 1, light.position);
   mesh_file_apply(place, &from->mDirection, 0, light.direction);
+  const double scale = mesh_file_scale(r, from, light.position);
+  light.intensity[0] = material_within((float)(scale * (double)from->mColorDiffuse.r), 0, 1e30f);
+  light.intensity[1] = material_within((float)(scale * (double)from->mColorDiffuse.g), 0, 1e30f);
+  light.intensity[2] = material_within((float)(scale * (double)from->mColorDiffuse.b), 0, 1e30f);
   const bool usable = directional ? mesh_file_usable(light.direction, 1e15f) && material_normalise(light.direction)
                                   : mesh_file_usable(light.position, 1e15f);
   if (!usable || !(material_most(light.intensity) > 0)) return true;
@@ -1120,13 +1169,15 @@ static bool mesh_file_add_scene(mesh_file_reader *r) {
   const size_t n = (size_t)r->file->mNumMeshes + 1;
   r->uses = (uint32_t *)calloc(n, sizeof *r->uses);
   r->model = (uint32_t *)calloc(n, sizeof *r->model);
+  r->box = (mesh_file_box *)calloc(n, sizeof *r->box);
   r->to->of_model = (material_mesh *)calloc(n, sizeof *r->to->of_model);
-  bool ok = (r->uses && r->model && r->to->of_model) || mesh_file_no_memory(r);
+  bool ok = (r->uses && r->model && r->box && r->to->of_model) || mesh_file_no_memory(r);
   ok = ok && mesh_file_add_materials(r) && mesh_file_visit(r, mesh_file_count_uses) &&
        mesh_file_visit(r, mesh_file_add_node);
   if (ok && !r->plain && !r->as_model) ok = mesh_file_visit(r, mesh_file_light_node);
   free(r->uses);
   free(r->model);
+  free(r->box);
   return ok && (r->some || ex_fail("%s: no triangles", r->path));
 }
 
@@ -1157,6 +1208,10 @@ static bool mesh_file_read(mesh_file *to, pktrt_scene *world, const char *path, 
   reader.world = world;
   reader.path = path;
   reader.to = to;
+  for (int a = 0; a < 3; a++) {
+    reader.lo[a] = (double)INFINITY;
+    reader.hi[a] = -(double)INFINITY;
+  }
   reader.plain = plain;
   reader.as_model = as_model;
   return mesh_file_add_assimp(&reader, info.st_size);

@@ -204,26 +204,41 @@ static void mesh_view_take_camera(const mesh_file *file, const pktrt_scene_info 
     camera->target[a] = (float)((double)camera->eye[a] + distance * (double)camera->target[a]);
 }
 
-/* Returns the factor that makes 0.8 of the brightness that nine tenths of the pixels stay below; what shows the
-   background or is black does not count. 1 where there is nothing else. */
-EX_UNUSED static double mesh_view_exposure(const float *pixels, size_t n, const float background[3]) {
+/* Tells whether a pixel shows what is behind everything. */
+static bool mesh_view_is_background(const pktrt_render_desc *view, uint32_t x, uint32_t y, const float *pixel) {
+  float behind[3], unit[3];
+  pktrt_ray ray;
+  memcpy(behind, view->background, sizeof behind);
+  if (view->environment) {
+    if (!pktrt_camera_ray(&view->camera, view->width, view->height, x + 0.5, y + 0.5, NULL, 0, &ray)) return false;
+    memcpy(unit, ray.direction, sizeof unit);
+    if (!material_normalise(unit)) return false;
+    const float *const direction[3] = {&unit[0], &unit[1], &unit[2]};
+    float *const radiance[3] = {&behind[0], &behind[1], &behind[2]};
+    view->environment(view->user, 1, direction, radiance);
+  }
+  for (int c = 0; c < 3; c++)
+    if (!(fabsf(pixel[c] - behind[c]) <= 0.01f * behind[c])) return false;
+  return true;
+}
+
+/* Returns the factor that makes 0.8 of the brightness that nine tenths of the pixels stay below; those that show the
+   background or are black do not count. 1 where there are no others. pixels: of view->width x view->height. */
+EX_UNUSED static double mesh_view_exposure(const pktrt_render_desc *view, const float *pixels) {
   enum { STEPS = 4096 };
   static size_t count[STEPS]; /* by the logarithm, 32 to an octave, from 2^-64 to 2^64 */
   size_t all = 0, below = 0;
   memset(count, 0, sizeof count);
-  for (size_t i = 0; i < n; i++) {
-    const float *p = pixels + 3 * i;
-    const float most = material_most(p);
-    const bool same = fabsf(p[0] - background[0]) <= 1e-4f * background[0] &&
-                      fabsf(p[1] - background[1]) <= 1e-4f * background[1] &&
-                      fabsf(p[2] - background[2]) <= 1e-4f * background[2];
-    if (!(most > 0 && most < 1e18f) || same) continue;
-    const int step = (int)((log2((double)most) + 64) * 32);
-    count[step < 0 ? 0 : step < STEPS ? step : STEPS - 1]++;
-    all++;
-  }
-  if (all == 0) return 1;
-  for (int i = 0; i < STEPS; i++) {
+  for (uint32_t y = 0; y < view->height; y++)
+    for (uint32_t x = 0; x < view->width; x++) {
+      const float *pixel = pixels + 3 * ((size_t)y * view->width + x);
+      const float most = material_most(pixel);
+      if (!(most > 0 && most < 1e18f) || mesh_view_is_background(view, x, y, pixel)) continue;
+      const int step = (int)((log2((double)most) + 64) * 32);
+      count[step < 0 ? 0 : step < STEPS ? step : STEPS - 1]++;
+      all++;
+    }
+  for (int i = 0; i < STEPS && all > 0; i++) {
     below += count[i];
     if (10 * below >= 9 * all) return 0.8 / exp2((i + 1) / 32.0 - 64);
   }

@@ -775,7 +775,7 @@ static bool write_pictures(job *j) {
   if (o->error_map && !write_error_map(j)) return false;
   if (o->exposure > 0) j->exposure = o->exposure;
   else if (o->exposure < 0 && !j->own_light) j->exposure = 1;
-  else j->exposure = mesh_view_exposure(j->view.pixels, n / 3, j->view.background);
+  else j->exposure = mesh_view_exposure(&j->view, j->view.pixels);
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)j->exposure;
   ex_tone = j->cost ? PKTRT_TONE_CLAMP : (pktrt_tone)o->tone;
   bool ok = !o->output || (j->cost ? write_heat(j)

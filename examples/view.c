@@ -346,7 +346,12 @@ static bool show_picture(viewer *v, unsigned width, unsigned height) {
     heat_paint(v->cost, scale, &to);
   }
   const size_t n = (size_t)width * height;
-  if (!(v->exposure > 0) && !v->now.heat) v->exposure = mesh_view_exposure(v->pixels, n, v->look.background);
+  if (!(v->exposure > 0) && !v->now.heat) {
+    pktrt_render_desc shown = v->look;
+    shown.camera = v->now.camera;
+    shown.width = width, shown.height = height;
+    v->exposure = mesh_view_exposure(&shown, v->pixels);
+  }
   pktrt_to_srgb8(v->now.heat ? v->heat : v->pixels, n, v->now.heat ? 0 : (float)v->exposure, PKTRT_TONE_CLAMP,
                  v->codes);
   v->shown_width = width, v->shown_height = height;

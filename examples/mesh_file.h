@@ -1,9 +1,7 @@
-/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if there are any:
-
-     .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a triangle soup
-     .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)
-
-   Files come from anywhere: nothing in them is believed before it is checked. Coordinates and indices are checked by
+/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if there are
+   any:  .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a
+   triangle soup .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)  Files
+   come from anywhere: nothing in them is believed before it is checked. Coordinates and indices are checked by
    pktrt_add_mesh, whose words are passed on. Include after common.h and pktrt.h. */
 #ifndef EXAMPLES_MESH_FILE_H
 #define EXAMPLES_MESH_FILE_H
@@ -189,9 +187,9 @@ static void mesh_file_watch_death(bool on) { __sanitizer_set_death_callback(on ?
 static void mesh_file_watch_death(bool on) { (void)on; }
 #endif
 
-/* aiImportFile, which parses forty formats and does not survive every hostile file: where it crashes, also by running out of
-   stack, or counts to four billion because the file says so, the program ends with one line instead of a core dump or never.
-   The time allowed is 20 s and a second per megabyte. */
+/* aiImportFile, which parses forty formats and does not survive every hostile file: where it crashes, also by running
+   out of stack, or counts to four billion because the file says so, the program ends with one line instead of a core
+   dump or never. The time allowed is 20 s and a second per megabyte. */
 static const C_STRUCT aiScene *mesh_file_import(const char *path, off_t size, unsigned steps) {
   static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL, SIGALRM};
   static char stack[65536];
@@ -272,7 +270,8 @@ static uint32_t mesh_file_first_joined(uint32_t *joined, uint32_t corner) {
   return corner;
 }
 
-/* What computing normals takes, for each vertex or corner of a mesh; and what it makes, a vertex for each corner at most. */
+/* What computing normals takes, for each vertex or corner of a mesh; and what it makes, a vertex for each corner at
+   most. */
 typedef struct mesh_file_smoothing {
   double *face;        /* normals of triangles */
   uint32_t *first;     /* where a vertex begins among the corners by vertex; the last is where all end */
@@ -354,8 +353,8 @@ static uint32_t mesh_file_split_vertex(mesh_file_smoothing *s, const pktrt_mesh_
   return n;
 }
 
-/* Returns what a triangle's normal counts at one of its corners: 1 over the squares of both edges there (N. Max, Weights for
-   Computing Vertex Normals from Facet Normals, 1999), by which vertices on a ball get its normals. */
+/* Returns what a triangle's normal counts at one of its corners: 1 over the squares of both edges there (N. Max,
+   Weights for Computing Vertex Normals from Facet Normals, 1999), by which vertices on a ball get its normals. */
 static double mesh_file_weight(const pktrt_mesh_desc *mesh, uint32_t corner) {
   const uint32_t *triangle = mesh->indices + (size_t)(corner / 3) * 3;
   const float *p = mesh->positions + 3 * (size_t)mesh->indices[corner];
@@ -369,8 +368,8 @@ static double mesh_file_weight(const pktrt_mesh_desc *mesh, uint32_t corner) {
   return product > 0 ? 1 / product : 0;
 }
 
-/* Sums up the normals of the triangles at each of n new vertices, and scales the sums. Vertices of triangles without area
-   alone, which no ray hits, get any normal. */
+/* Sums up the normals of the triangles at each of n new vertices, and scales the sums. Vertices of triangles without
+   area alone, which no ray hits, get any normal. */
 static bool mesh_file_sum_normals(mesh_file_smoothing *s, const pktrt_mesh_desc *mesh, uint32_t n) {
   double *sum = (double *)calloc((size_t)n * 3 + 1, sizeof *sum);
   if (!sum) return false;
@@ -389,8 +388,8 @@ static bool mesh_file_sum_normals(mesh_file_smoothing *s, const pktrt_mesh_desc 
   return true;
 }
 
-/* Gives a mesh normals, which are smooth but across edges where triangles turn by 60 degrees or more: vertices there become
-   several. The mesh's arrays are those of `s` then. False: no memory. */
+/* Gives a mesh normals, which are smooth but across edges where triangles turn by 60 degrees or more: vertices there
+   become several. The mesh's arrays are those of `s` then. False: no memory. */
 static bool mesh_file_smooth(mesh_file_smoothing *s, pktrt_mesh_desc *mesh) {
   uint32_t n = 0;
   if (!mesh_file_alloc_smoothing(s, mesh)) return false;
@@ -801,12 +800,16 @@ static void mesh_file_widen(mesh_file_reader *r, const mesh_file_shape *shape, c
   }
 }
 
-/* Makes a light of a mesh that emits. */
+static bool mesh_file_is_gltf(const char *path) { return ex_has_suffix(path, ".gltf") || ex_has_suffix(path, ".glb"); }
+
+/* Makes a light of a mesh that emits. Formats before glTF have emission for what is to look less dark: below that of a
+   white surface in the light of its scene it is seen, and gives none. */
 static bool mesh_file_shine(mesh_file_reader *r, uint32_t index, const material_file *material, double area) {
   const float *emission = material->made.emission;
   pktrt_light light;
   if (!(material_most(emission) > 0) || material->unlit) return true;
-  if (material->map[MATERIAL_MAP_GLOW].picture || r->to->lights >= MESH_FILE_MAX_LIGHTS) {
+  const bool faint = !mesh_file_is_gltf(r->path) && material_most(emission) < 1;
+  if (faint || material->map[MATERIAL_MAP_GLOW].picture || r->to->lights >= MESH_FILE_MAX_LIGHTS) {
     r->dark_glows++;
     return true;
   }
@@ -995,7 +998,7 @@ static bool mesh_file_usable(const float v[3], float most) {
    attenuation of their own; here they do so at their distance from the middle of the scene. */
 static double mesh_file_scale(const mesh_file_reader *r, const C_STRUCT aiLight *from, const float position[3]) {
   double square = 0, most = 0;
-  if (ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb")) return 1;
+  if (mesh_file_is_gltf(r->path)) return 1;
   if (from->mType == aiLightSource_DIRECTIONAL) return 3.14159265358979;
   for (int a = 0; a < 3; a++) {
     square += pow(0.5 * (r->lo[a] + r->hi[a]) - (double)position[a], 2);
@@ -1042,7 +1045,7 @@ static bool mesh_file_add_light(mesh_file_reader *r, const C_STRUCT aiLight *fro
 /* The first camera of the file. glTF's importer puts the place of a camera's node into the camera as well, and
    takes the angle up and down times the aspect for that across. */
 static void mesh_file_take_camera(mesh_file_reader *r, const C_STRUCT aiCamera *from, const float place[12]) {
-  const bool gltf = ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb");
+  const bool gltf = mesh_file_is_gltf(r->path);
   const C_STRUCT aiVector3D zero = {0, 0, 0};
   pktrt_camera *camera = &r->to->camera;
   mesh_file_apply(place, gltf ? &zero : &from->mPosition, 1, camera->eye);
@@ -1063,7 +1066,11 @@ static void mesh_file_take_camera(mesh_file_reader *r, const C_STRUCT aiCamera *
         material_normalise(camera->target)))
     return;
   const float along = material_normalise(camera->up) ? material_dot(camera->up, camera->target) : 1;
-  if (!(fabsf(along) < 0.9999f)) memset(camera->up, 0, sizeof camera->up);
+  if (!(fabsf(along) < 0.94f)) { /* assimp has +y for what is z in .3ds; y is tried by the library */
+    const bool along_z = fabsf(camera->target[2]) > 0.94f;
+    memset(camera->up, 0, sizeof camera->up);
+    camera->up[2] = along_z ? 0.0f : 1.0f;
+  }
   r->to->has_camera = true;
 }
 
@@ -1181,6 +1188,17 @@ static bool mesh_file_add_scene(mesh_file_reader *r) {
   return ok && (r->some || ex_fail("%s: no triangles", r->path));
 }
 
+/* Frees what assimp has read. It crashes (5.2) as it frees the pictures of a .3mf, so these stay. */
+static void mesh_file_release(mesh_file_reader *r) {
+  C_STRUCT aiScene *file = (C_STRUCT aiScene *)r->file;
+  if (ex_has_suffix(r->path, ".3mf")) {
+    file->mNumTextures = 0;
+    file->mTextures = NULL;
+  }
+  aiReleaseImport(file);
+  r->to->materials.file = NULL;
+}
+
 static bool mesh_file_add_assimp(mesh_file_reader *r, off_t size) {
   r->file = mesh_file_import(r->path, size,
                              aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices |
@@ -1188,8 +1206,7 @@ static bool mesh_file_add_assimp(mesh_file_reader *r, off_t size) {
   if (!r->file) return ex_fail("%s: %s", r->path, aiGetErrorString());
   const bool ok = mesh_file_add_scene(r);
   if (ok && !r->plain) mesh_file_tell(r);
-  aiReleaseImport(r->file);
-  r->to->materials.file = NULL;
+  mesh_file_release(r);
   return ok;
 }
 #endif

@@ -1,18 +1,25 @@
 /* Materials of files as pktrt's: colours, textures and normal maps by one texture hook. Include after common.h and
-   pktrt.h. One material of a file becomes one of pktrt:  metal and roughness    Above roughness 0.8 diffuse, metal or
-   not. Metallic 0 without a texture of it: diffuse with a (glTF)                 coat by ior. Else a mirror, whose
-   reflectance the hook sets by point and angle, F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5 with F0 = ((ior - 1) /
-   (ior + 1))^2 mixed with the colour by metallic, over the albedo colour (1 - metallic) (1 - reflectance). roughness   
-             Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05. specular, glossiness   The same with F0 of the
-   file, metallic 0 and roughness 1 - glossiness. transmission           With a thickness glass that absorbs by
-   attenuation; without, a thin sheet tinted by colour. alpha                  Mask: a cutout at its cutoff. Blend: a
-   ray goes on with probability 1 - alpha. unlit                  Emits its colour and reflects nothing. Kd, Ks, Ns, Ni,
-   d,     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has illum (.mtl,
-   others)   the exponent Ns, ideal from 1000 on. Grey Ks: a coat of 2 Ks, at most 1, times Fresnel of Ni. d below 1:
-   with illum 4, 6, 7, 9 glass of Ni, else blend. emission               Is seen, and gives light where no texture
-   changes it (mesh_file.h).  Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of
-   metal and roughness, emission, opacity, reflectance and normals (in the space of tangents), with one set of
-   coordinates for each material.  Contents: meshes, maps, hook, classic, physical, strength, read. */
+   pktrt.h. One material of a file becomes one of pktrt:
+
+     metal and roughness    Above roughness 0.8 diffuse, metal or not. Metallic 0 without a texture of it: diffuse with a
+     (glTF)                 coat by ior. Else a mirror, whose reflectance the hook sets by point and angle,
+                            F0 + (max(1 - roughness, F0) - F0) (1 - cos)^5 with F0 = ((ior - 1) / (ior + 1))^2 mixed
+                            with the colour by metallic, over the albedo colour (1 - metallic) (1 - reflectance).
+     roughness              Phong exponent 0.5 / roughness^4 - 0.5; ideal below 0.05.
+     specular, glossiness   The same with F0 of the file, metallic 0 and roughness 1 - glossiness.
+     transmission           With a thickness glass that absorbs by attenuation; without, a thin sheet tinted by colour.
+     alpha                  Mask: a cutout at its cutoff. Blend: a ray goes on with probability 1 - alpha.
+     unlit                  Emits its colour and reflects nothing.
+     Kd, Ks, Ns, Ni, d,     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has
+     illum (.mtl, others)   the exponent Ns, ideal from 1000 on. Grey Ks: a coat of 2 Ks, at most 1, times Fresnel of
+                            Ni. d below 1: with illum 4, 6, 7, 9 glass of Ni, else blend; d 0, as of Tr 1: opaque.
+     emission               Is seen, and gives light where no texture changes it, but in files before glTF where it is
+                            faint (mesh_file.h).
+
+   Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission,
+   opacity, reflectance and normals (in the space of tangents), with one set of coordinates for each material.
+
+   Contents: meshes, maps, hook, classic, physical, strength, read. */
 #ifndef EXAMPLES_MATERIAL_FILE_H
 #define EXAMPLES_MATERIAL_FILE_H
 
@@ -489,8 +496,8 @@ static bool material_is_picture(const char *name) {
   return false;
 }
 
-/* Looks for a file in a folder, `found` up to `folder`, whatever the case of its letters; of several the first by their
-   codes. */
+/* Looks for a file in a folder, `found` up to `folder`, whatever the case of its letters; of several the first by
+   their codes. */
 static bool material_find_in_folder(const char *name, int folder, char *found, size_t room) {
   char at[4096];
   bool some = false;

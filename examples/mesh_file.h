@@ -1,7 +1,9 @@
-/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if there are
-   any:  .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a
-   triangle soup .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)  Files
-   come from anywhere: nothing in them is believed before it is checked. Coordinates and indices are checked by
+/* Meshes from files, for examples and benchmarks, with materials (material_file.h), lights and a camera if there are any:
+
+     .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a triangle soup
+     .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)
+
+   Files come from anywhere: nothing in them is believed before it is checked. Coordinates and indices are checked by
    pktrt_add_mesh, whose words are passed on. Include after common.h and pktrt.h. */
 #ifndef EXAMPLES_MESH_FILE_H
 #define EXAMPLES_MESH_FILE_H
@@ -187,9 +189,9 @@ static void mesh_file_watch_death(bool on) { __sanitizer_set_death_callback(on ?
 static void mesh_file_watch_death(bool on) { (void)on; }
 #endif
 
-/* aiImportFile, which parses forty formats and does not survive every hostile file: where it crashes, also by running
-   out of stack, or counts to four billion because the file says so, the program ends with one line instead of a core
-   dump or never. The time allowed is 20 s and a second per megabyte. */
+/* aiImportFile, which parses forty formats and does not survive every hostile file: where it crashes, also by running out of
+   stack, or counts to four billion because the file says so, the program ends with one line instead of a core dump or never.
+   The time allowed is 20 s and a second per megabyte. */
 static const C_STRUCT aiScene *mesh_file_import(const char *path, off_t size, unsigned steps) {
   static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL, SIGALRM};
   static char stack[65536];
@@ -270,8 +272,7 @@ static uint32_t mesh_file_first_joined(uint32_t *joined, uint32_t corner) {
   return corner;
 }
 
-/* What computing normals takes, for each vertex or corner of a mesh; and what it makes, a vertex for each corner at
-   most. */
+/* What computing normals takes, for each vertex or corner of a mesh; and what it makes, a vertex for each corner at most. */
 typedef struct mesh_file_smoothing {
   double *face;        /* normals of triangles */
   uint32_t *first;     /* where a vertex begins among the corners by vertex; the last is where all end */
@@ -353,8 +354,8 @@ static uint32_t mesh_file_split_vertex(mesh_file_smoothing *s, const pktrt_mesh_
   return n;
 }
 
-/* Returns what a triangle's normal counts at one of its corners: 1 over the squares of both edges there (N. Max,
-   Weights for Computing Vertex Normals from Facet Normals, 1999), by which vertices on a ball get its normals. */
+/* Returns what a triangle's normal counts at one of its corners: 1 over the squares of both edges there (N. Max, Weights for
+   Computing Vertex Normals from Facet Normals, 1999), by which vertices on a ball get its normals. */
 static double mesh_file_weight(const pktrt_mesh_desc *mesh, uint32_t corner) {
   const uint32_t *triangle = mesh->indices + (size_t)(corner / 3) * 3;
   const float *p = mesh->positions + 3 * (size_t)mesh->indices[corner];
@@ -368,8 +369,8 @@ static double mesh_file_weight(const pktrt_mesh_desc *mesh, uint32_t corner) {
   return product > 0 ? 1 / product : 0;
 }
 
-/* Sums up the normals of the triangles at each of n new vertices, and scales the sums. Vertices of triangles without
-   area alone, which no ray hits, get any normal. */
+/* Sums up the normals of the triangles at each of n new vertices, and scales the sums. Vertices of triangles without area
+   alone, which no ray hits, get any normal. */
 static bool mesh_file_sum_normals(mesh_file_smoothing *s, const pktrt_mesh_desc *mesh, uint32_t n) {
   double *sum = (double *)calloc((size_t)n * 3 + 1, sizeof *sum);
   if (!sum) return false;
@@ -388,8 +389,8 @@ static bool mesh_file_sum_normals(mesh_file_smoothing *s, const pktrt_mesh_desc 
   return true;
 }
 
-/* Gives a mesh normals, which are smooth but across edges where triangles turn by 60 degrees or more: vertices there
-   become several. The mesh's arrays are those of `s` then. False: no memory. */
+/* Gives a mesh normals, which are smooth but across edges where triangles turn by 60 degrees or more: vertices there become
+   several. The mesh's arrays are those of `s` then. False: no memory. */
 static bool mesh_file_smooth(mesh_file_smoothing *s, pktrt_mesh_desc *mesh) {
   uint32_t n = 0;
   if (!mesh_file_alloc_smoothing(s, mesh)) return false;
@@ -802,8 +803,8 @@ static void mesh_file_widen(mesh_file_reader *r, const mesh_file_shape *shape, c
 
 static bool mesh_file_is_gltf(const char *path) { return ex_has_suffix(path, ".gltf") || ex_has_suffix(path, ".glb"); }
 
-/* Makes a light of a mesh that emits. Formats before glTF have emission for what is to look less dark: below that of a
-   white surface in the light of its scene it is seen, and gives none. */
+/* Makes a light of a mesh that emits. Formats before glTF have emission for what is to look less dark: below that of a white
+   surface in the light of its scene it is seen, and gives none. */
 static bool mesh_file_shine(mesh_file_reader *r, uint32_t index, const material_file *material, double area) {
   const float *emission = material->made.emission;
   pktrt_light light;
@@ -1005,8 +1006,9 @@ static double mesh_file_scale(const mesh_file_reader *r, const C_STRUCT aiLight 
     most += pow(0.5 * (r->hi[a] - r->lo[a]), 2);
   }
   square = fmax(square, 0.25 * most);
-  const double weakens = (double)from->mAttenuationConstant + (double)from->mAttenuationLinear * sqrt(square) +
-                         (double)from->mAttenuationQuadratic * square;
+  double weakens = (double)from->mAttenuationConstant + (double)from->mAttenuationLinear * sqrt(square) +
+                   (double)from->mAttenuationQuadratic * square;
+  if (ex_has_suffix(r->path, ".3ds")) weakens = 1; /* its files say nothing of this, and assimp the same of all */
   return 3.14159265358979 * square / (weakens > 0 && weakens < 1e30 ? weakens : 1);
 }
 

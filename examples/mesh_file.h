@@ -803,8 +803,8 @@ static void mesh_file_widen(mesh_file_reader *r, const mesh_file_shape *shape, c
 
 static bool mesh_file_is_gltf(const char *path) { return ex_has_suffix(path, ".gltf") || ex_has_suffix(path, ".glb"); }
 
-/* Makes a light of a mesh that emits. Formats before glTF have emission for what is to look less dark: below that of a white
-   surface in the light of its scene it is seen, and gives none. */
+/* Makes a light of a mesh that emits. Formats before glTF have emission for what is to look less dark: below 1 it is
+   seen, and gives no light. */
 static bool mesh_file_shine(mesh_file_reader *r, uint32_t index, const material_file *material, double area) {
   const float *emission = material->made.emission;
   pktrt_light light;

@@ -1,8 +1,10 @@
-/* Writes a still life as one glTF file, model.glb, whose pictures are within it: a table of tiles with relief, a vase,
-   leaves that are cut out by alpha, a copper bowl with one orange several times, a glass, stained panes in the sun, and
-   a lantern that throws its lattice on the wall. It shows what files can bring; `render --mesh model.glb` draws it.
-   usage: model FILE.glb  Lengths are in metres, y is up, the table's top is at 0. Contents: bytes, parts, shapes,
-   paint, file, materials, things. */
+/* Writes a still life as one glTF file whose pictures are within it: a table of tiles with relief, a vase, leaves that are
+   cut out by alpha, a copper bowl with one orange several times, a glass, stained panes in the sun, and a lantern. It
+   shows what files can bring; `make model` draws it.
+   usage: model FILE.glb
+
+   Lengths are in metres, y is up, the table's top is at 0. Contents: bytes, parts, shapes, paint, file, materials,
+   things. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION /* for common.h, which writes pictures by it */

@@ -437,11 +437,14 @@ static void obj_textures(void) {
   expect(look_at_place(&o, 16.5f, 0.5f).emission, 0.2159, 1, 0, "map_Ke is of what it emits");
   check(o.file.lights == 0, "which makes it no light", "");
   close_file(&o);
+}
 
+static void far_coordinates(void) {
+  char said[2000];
   write_squares("places", 1, "newmtl m0\nKd 1 1 1\nmap_Kd folder/four.png\nillum 1\n",
                 "vt nan nan\nvt inf 0\nvt 1e30 -1e30\nvt 0 -inf\n");
-  o = open_quietly("places.obj", said, sizeof said);
-  m = look_at_place(&o, 0.5f, 0.4f);
+  opened o = open_quietly("places.obj", said, sizeof said);
+  const met m = look_at_place(&o, 0.5f, 0.4f);
   check(o.ok && m.some && m.albedo[0] >= 0 && m.albedo[0] <= 1 && m.albedo[1] >= 0 && m.albedo[2] <= 1,
         "texture coordinates that are huge, infinite or NaN show some texel", said);
   close_file(&o);
@@ -488,6 +491,11 @@ static void print_base64(FILE *file, const unsigned char *bytes, size_t n) {
   }
 }
 
+/* Writes JSON, whose quotes are single ones here. */
+static void print_json(FILE *file, const char *text) {
+  for (; *text; text++) fputc(*text == '\'' ? '"' : *text, file);
+}
+
 /* A .gltf whose mesh i is a square with material i; textures 0 to 2 are pictures within the file: those of `four`,
    of metal and roughness (0.5 and 1, then 0.25 and 0), and of a normal that leans towards u by (0.6, 0, 0.8). */
 static void write_gltf(const char *path, const char *materials, unsigned count, const char *nodes, const char *rest) {
@@ -504,42 +512,44 @@ static void write_gltf(const char *path, const char *materials, unsigned count, 
   write_picture("four.png", 2, 2, four);
   write_picture("metal.png", 2, 1, metal);
   write_picture("leaning.png", 1, 1, leaning);
-  fprintf(
-      file,
-      "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"KHR_materials_transmission\",\"KHR_materials_volume\","
-      "\"KHR_materials_ior\",\"KHR_texture_transform\",\"KHR_lights_punctual\",\"KHR_materials_emissive_strength\","
-      "\"KHR_materials_unlit\"],\"scene\":0,%s%s\"nodes\":[%s],\"materials\":[%s],\"meshes\":[",
-      rest, rest[0] ? "," : "", nodes, materials);
-  for (unsigned i = 0; i < count; i++)
-    fprintf(file,
-            "%s{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"indices\":2,\"material\":%u}]}",
-            i ? "," : "", i);
-  fprintf(file,
-          "],\"textures\":[{\"source\":0,\"sampler\":0},{\"source\":1},{\"source\":2},{\"source\":0,\"sampler\":1}],"
-          "\"samplers\":[{},{\"wrapS\":33071,\"wrapT\":33648}],\"images\":[");
+  print_json(file,
+             "{'asset':{'version':'2.0'},'extensionsUsed':['KHR_materials_transmission','KHR_materials_volume',"
+             "'KHR_materials_ior','KHR_texture_transform','KHR_lights_punctual','KHR_materials_emissive_strength',"
+             "'KHR_materials_unlit'],'scene':0,");
+  print_json(file, rest);
+  print_json(file, ",'nodes':[");
+  print_json(file, nodes);
+  print_json(file, "],'materials':[");
+  print_json(file, materials);
+  print_json(file, "],'meshes':[");
+  for (unsigned i = 0; i < count; i++) {
+    print_json(file, i ? ",{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1},'indices':2,'material':"
+                       : "{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1},'indices':2,'material':");
+    fprintf(file, "%u}]}", i);
+  }
+  print_json(file, "],'textures':[{'source':0,'sampler':0},{'source':1},{'source':2},{'source':0,'sampler':1}],"
+                   "'samplers':[{},{'wrapS':33071,'wrapT':33648}],'images':[");
   for (int i = 0; i < 3; i++) {
     unsigned char bytes[1000];
     FILE *picture = fopen(pictures[i], "rb");
     const size_t n = picture ? fread(bytes, 1, sizeof bytes, picture) : 0;
-    fprintf(file, "%s{\"mimeType\":\"image/png\",\"uri\":\"data:image/png;base64,", i ? "," : "");
-    print_base64(file, bytes, n);
-    fprintf(file, "\"}");
     if (picture) fclose(picture);
+    if (i) fputc(',', file);
+    print_json(file, "{'mimeType':'image/png','uri':'data:image/png;base64,");
+    print_base64(file, bytes, n);
+    print_json(file, "'}");
   }
-  fprintf(file, "],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"min\":[0,0,"
-                "0],\"max\":[1,1,0]},"
-                "{\"bufferView\":1,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
-                "{\"bufferView\":2,\"componentType\":5121,\"count\":6,\"type\":\"SCALAR\"}],\"bufferViews\":["
-                "{\"buffer\":0,\"byteOffset\":0,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":48,\"byteLength\":32},"
-                "{\"buffer\":0,\"byteOffset\":80,\"byteLength\":6}],\"buffers\":[{\"byteLength\":88,\"uri\":"
-                "\"data:application/octet-stream;base64,");
+  print_json(file, "],'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3','min':[0,0,0],"
+                   "'max':[1,1,0]},{'bufferView':1,'componentType':5126,'count':4,'type':'VEC2'},"
+                   "{'bufferView':2,'componentType':5121,'count':6,'type':'SCALAR'}],'bufferViews':["
+                   "{'buffer':0,'byteOffset':0,'byteLength':48},{'buffer':0,'byteOffset':48,'byteLength':32},"
+                   "{'buffer':0,'byteOffset':80,'byteLength':6}],'buffers':[{'byteLength':88,'uri':"
+                   "'data:application/octet-stream;base64,");
   memset(data + 86, 0, 2);
   print_base64(file, data, 88);
-  fprintf(file, "\"}]}");
+  print_json(file, "'}]}");
   fclose(file);
 }
-
-#define FACTORS(metallic, roughness) "\"metallicFactor\":" metallic ",\"roughnessFactor\":" roughness
 
 /* The reflectance of what reflects f0 straight, of no roughness, at a cosine. */
 static double schlick(double f0, double cosine) { return f0 + (1 - f0) * pow(1 - cosine, 5); }
@@ -549,62 +559,38 @@ static void write_factors(void) {
   char nodes[1000] = "";
   for (int i = 0; i < 12; i++) {
     const size_t n = strlen(nodes);
-    snprintf(nodes + n, sizeof nodes - n, "%s{\"mesh\":%d,\"translation\":[%d,0,0]}", i ? "," : "", i, 2 * i);
+    snprintf(nodes + n, sizeof nodes - n, "%s{'mesh':%d,'translation':[%d,0,0]}", i ? "," : "", i, 2 * i);
   }
-  write_gltf(
-      "factors.gltf",
-      "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.9,0.6,0.3,1]," FACTORS(
-          "1",
-          "0.5") "}},"
-                 "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.2,0.4,0.6,1]," FACTORS(
-                     "0",
-                     "0.5") "}},"
-                            "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.2,0.4,0.6,1]," FACTORS(
-                                "0",
-                                "0.9") "}},"
-                                       "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.2,0.4,0.6,1]," FACTORS(
-                                           "0.5",
-                                           "0") "}},"
-                                                "{\"extensions\":{\"KHR_materials_transmission\":{"
-                                                "\"transmissionFactor\":1},\"KHR_materials_ior\":{\"ior\":1.4},"
-                                                "\"KHR_materials_volume\":{\"thicknessFactor\":1,\"attenuationColor\":["
-                                                "0.5,1,0.25],\"attenuationDistance\":2}},"
-                                                "\"pbrMetallicRoughness\":{" FACTORS(
-                                                    "0",
-                                                    "0") "}},"
-                                                         "{\"extensions\":{\"KHR_materials_transmission\":{"
-                                                         "\"transmissionFactor\":0.75}},"
-                                                         "\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.5,0.6,0.7,1]"
-                                                         "," FACTORS(
-                                                             "0",
-                                                             "0") "}},"
-                                                                  "{\"alphaMode\":\"MASK\",\"alphaCutoff\":0.3,"
-                                                                  "\"pbrMetallicRoughness\":{\"baseColorTexture\":{"
-                                                                  "\"index\":0}," FACTORS(
-                                                                      "0",
-                                                                      "1") "}},"
-                                                                           "{\"alphaMode\":\"BLEND\","
-                                                                           "\"pbrMetallicRoughness\":{"
-                                                                           "\"baseColorFactor\":[1,1,1,0.4]," FACTORS(
-                                                                               "0",
-                                                                               "1") "}},"
-                                                                                    "{\"emissiveFactor\":[1,0.5,0.25],"
-                                                                                    "\"extensions\":{\"KHR_materials_"
-                                                                                    "emissive_strength\":{"
-                                                                                    "\"emissiveStrength\":8}}},"
-                                                                                    "{\"pbrMetallicRoughness\":{"
-                                                                                    "\"baseColorFactor\":[0.9,0.6,0.3,"
-                                                                                    "1],\"metallicRoughnessTexture\":{"
-                                                                                    "\"index\":1}}},"
-                                                                                    "{\"extensions\":{\"KHR_materials_"
-                                                                                    "unlit\":{}},"
-                                                                                    "\"pbrMetallicRoughness\":{"
-                                                                                    "\"baseColorFactor\":[0.1,0.2,0.3,"
-                                                                                    "1]}},"
-                                                                                    "{\"pbrMetallicRoughness\":{"
-                                                                                    "\"baseColorFactor\":[7,-1,0.5,1]"
-                                                                                    "," FACTORS("-3", "9") "}}",
-      12, nodes, "\"scenes\":[{\"nodes\":[0,1,2,3,4,5,6,7,8,9,10,11]}]");
+  write_gltf("factors.gltf",
+             "{'pbrMetallicRoughness':{'baseColorFactor':[0.9,0.6,0.3,1],'metallicFactor':1,"
+             "'roughnessFactor':0.5}},"
+             "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':0,"
+             "'roughnessFactor':0.5}},"
+             "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':1,"
+             "'roughnessFactor':0.9}},"
+             "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':0.5,"
+             "'roughnessFactor':0}},"
+             "{'extensions':{'KHR_materials_transmission':{'transmissionFactor':1},"
+             "'KHR_materials_ior':{'ior':1.4},"
+             "'KHR_materials_volume':{'thicknessFactor':1,'attenuationColor':[0.5,1,0.25],"
+             "'attenuationDistance':2}},"
+             "'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':0}},"
+             "{'extensions':{'KHR_materials_transmission':{'transmissionFactor':0.75}},"
+             "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.6,0.7,1],'metallicFactor':0,"
+             "'roughnessFactor':0}},"
+             "{'alphaMode':'MASK','alphaCutoff':0.3,'pbrMetallicRoughness':{'baseColorTexture':{"
+             "'index':0},'metallicFactor':0,'roughnessFactor':1}},"
+             "{'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4],"
+             "'metallicFactor':0,'roughnessFactor':1}},"
+             "{'emissiveFactor':[1,0.5,0.25],'extensions':{'KHR_materials_emissive_strength':{"
+             "'emissiveStrength':8}}},"
+             "{'pbrMetallicRoughness':{'baseColorFactor':[0.9,0.6,0.3,1],'metallicRoughnessTexture':{"
+             "'index':1}}},"
+             "{'extensions':{'KHR_materials_unlit':{}},'pbrMetallicRoughness':{"
+             "'baseColorFactor':[0.1,0.2,0.3,1]}},"
+             "{'pbrMetallicRoughness':{'baseColorFactor':[7,-1,0.5,1],'metallicFactor':-3,"
+             "'roughnessFactor':9}}",
+             12, nodes, "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8,9,10,11]}]");
 }
 
 static void metals(const opened *o) {
@@ -618,7 +604,7 @@ static void metals(const opened *o) {
   check(m->specular == PKTRT_SPECULAR_COAT && fabsf(m->exponent - 7.5f) < 1e-3f && !m->texture,
         "what is no metal has a coat", "");
   expect(m->albedo, 0.2, 0.4, 0.6, "over its colour");
-  check(made(o, 2)->specular == PKTRT_SPECULAR_NONE, "of roughness 0.9 it is diffuse", "");
+  check(made(o, 2)->specular == PKTRT_SPECULAR_NONE, "of roughness 0.9 it is diffuse, metal or not", "");
   const float from[3] = {6.4f, 0.4f, 1}, aslant[3] = {0, 0.8f, -0.6f};
   p = look(o, from, aslant);
   check(made(o, 3)->lobe == PKTRT_LOBE_IDEAL, "without roughness it is ideal", "");
@@ -672,31 +658,29 @@ static void gltf_factors(void) {
 }
 
 static void write_places(void) {
-  write_gltf(
-      "places.gltf",
-      "{\"pbrMetallicRoughness\":{" FACTORS(
-          "0",
-          "1") "},\"normalTexture\":{\"index\":2}},"
-               "{\"pbrMetallicRoughness\":{" FACTORS(
-                   "0",
-                   "1") ",\"baseColorTexture\":{\"index\":0,\"extensions\":"
-                        "{\"KHR_texture_transform\":{\"offset\":[0.3,0.2],\"rotation\":0.5,\"scale\":[1.5,0.5]}}}}},"
-                        "{\"pbrMetallicRoughness\":{" FACTORS("0",
-                                                              "1") ",\"baseColorTexture\":{\"index\":3,\"extensions\":"
-                                                                   "{\"KHR_texture_transform\":{\"offset\":[-1,1]}}}}},"
-                                                                   "{\"emissiveFactor\":[1,1,1]}",
-      4,
-      "{\"mesh\":0},{\"mesh\":0,\"translation\":[3,0,0],\"rotation\":[0,0,0.70710678,0.70710678]},"
-      "{\"mesh\":1,\"translation\":[4,0,0]},{\"mesh\":2,\"translation\":[6,0,0]},{\"mesh\":3,\"translation\":[8,0,0]},"
-      "{\"mesh\":3,\"translation\":[10,0,0],\"scale\":[-1,1,1]},"
-      "{\"camera\":0,\"translation\":[1,2,3],\"rotation\":[0,0.70710678,0,0.70710678]},"
-      "{\"translation\":[0,10,0],\"children\":[8]},{\"translation\":[0,0,5],\"extensions\":{\"KHR_lights_punctual\":{"
-      "\"light\":0}}},"
-      "{\"rotation\":[-0.70710678,0,0,0.70710678],\"extensions\":{\"KHR_lights_punctual\":{\"light\":1}}}",
-      "\"scenes\":[{\"nodes\":[0,1,2,3,4,5,6,7,9]}],"
-      "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.7,\"aspectRatio\":2,\"znear\":0.1}}],"
-      "\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"point\",\"intensity\":30,\"color\":[1,0.5,0]},"
-      "{\"type\":\"directional\",\"intensity\":2}]}}");
+  write_gltf("places.gltf",
+             "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1},'normalTexture':{'index':2}},"
+             "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1,'baseColorTexture':{"
+             "'index':0,'extensions':"
+             "{'KHR_texture_transform':{'offset':[0.3,0.2],'rotation':0.5,'scale':[1.5,0.5]}}}}},"
+             "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1,'baseColorTexture':{"
+             "'index':3,'extensions':"
+             "{'KHR_texture_transform':{'offset':[-1,1]}}}}},"
+             "{'emissiveFactor':[1,1,1]}",
+             4,
+             "{'mesh':0},{'mesh':0,'translation':[3,0,0],'rotation':[0,0,0.70710678,0.70710678]},"
+             "{'mesh':1,'translation':[4,0,0]},{'mesh':2,'translation':[6,0,0]},{'mesh':3,"
+             "'translation':[8,0,0]},"
+             "{'mesh':3,'translation':[10,0,0],'scale':[-1,1,1]},"
+             "{'camera':0,'translation':[1,2,3],'rotation':[0,0.70710678,0,0.70710678]},"
+             "{'translation':[0,10,0],'children':[8]},{'translation':[0,0,5],'extensions':{"
+             "'KHR_lights_punctual':{'light':0}}},"
+             "{'rotation':[-0.70710678,0,0,0.70710678],'extensions':{'KHR_lights_punctual':{'light':1}}}",
+             "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,9]}],"
+             "'cameras':[{'type':'perspective','perspective':{'yfov':0.7,'aspectRatio':2,'znear':0.1}}],"
+             "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':30,"
+             "'color':[1,0.5,0]},"
+             "{'type':'directional','intensity':2}]}}");
 }
 
 static void gltf_places(void) {
@@ -741,6 +725,74 @@ static void gltf_places(void) {
   expect(o.file.camera.eye, 1, 2, 3, "and place");
   expect(o.file.camera.target, -1, 0, 0, "and direction");
   close_file(&o);
+}
+
+/* A triangle whose corners are red, green and blue. */
+static void vertex_colours(void) {
+  write_text("colours.ply",
+             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+             "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
+             "property list uchar int vertex_indices\nend_header\n"
+             "0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n3 0 1 2\n");
+  opened o = open_file("colours.ply");
+  const met m = look_at_place(&o, 0.5f, 0.25f);
+  const float *colour = made_of(&o, m.material) ? made_of(&o, m.material)->colour : m.albedo;
+  check(o.ok && m.some && colour[0] > 0, "a file with colours of vertices is read", "");
+  expect(m.albedo, 0.25 * (double)colour[0], 0.5 * (double)colour[1], 0.25 * (double)colour[2],
+         "they are mixed between corners");
+  close_file(&o);
+}
+
+/* A floor under a lamp that is all the light there is. */
+static void lamps(void) {
+  static float pixels[16 * 16 * 3];
+  bool ok = true;
+  pktrt_render_desc d;
+  char text[100];
+  write_text("lamp.mtl", "newmtl floor\nKd 0.5 0.5 0.5\nillum 1\nnewmtl lamp\nKd 0 0 0\nKe 10 5 0\nillum 1\n");
+  write_text("lamp.obj",
+             "mtllib lamp.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 2 1\nv 1 2 1\nv 1 2 -1\nv -1 2 -1\n"
+             "usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n");
+  opened o = open_file("lamp.obj");
+  memset(&d, 0, sizeof d);
+  const mesh_view view = {"lamp.obj", 1, false, false, false};
+  const bool own = mesh_view_light(&view, &o.file, o.world, &d, &ok);
+  check(o.ok && ok && own && o.file.lights == 1, "a lamp is light enough", "");
+  d.width = d.height = 16;
+  d.pixels = pixels;
+  d.mode = PKTRT_MODE_DRT;
+  d.samples = 64;
+  d.camera.eye[1] = 1;
+  d.camera.fov_y = 2;
+  memset(d.ambient, 0, sizeof d.ambient);
+  if (pktrt_render(o.world, &d) != PKTRT_OK) exit(2);
+  /* A square of side 2 at distance 2 from a point under its middle: view factor 0.2395. */
+  const double red = (double)pixels[0], green = (double)pixels[1];
+  snprintf(text, sizeof text, "%g %g %g", red, green, (double)pixels[2]);
+  check(fabs(red - 5 * 0.2395) < 0.06 && fabs(green - 2.5 * 0.2395) < 0.03 && !(pixels[2] > 0),
+        "it lights the floor by its colour and size", text);
+  const double exposed = mesh_view_exposure(&d, pixels) * red;
+  snprintf(text, sizeof text, "%g", exposed);
+  check(fabs(exposed - 0.8) < 0.06, "the automatic exposure makes nine tenths at most 0.8", text);
+  close_file(&o);
+}
+
+/* Pictures of two brightnesses, and of what is behind. */
+static void exposures(void) {
+  float pixels[300];
+  pktrt_render_desc d;
+  memset(&d, 0, sizeof d);
+  d.width = d.height = 10;
+  for (int c = 0; c < 3; c++) d.background[c] = 7;
+  for (int i = 0; i < 300; i++) pixels[i] = i < 60 ? 7 : i < 288 ? 2.0f : 100.0f; /* 20, 76, 4 pixels */
+  char text[100];
+  double exposed = 2 * mesh_view_exposure(&d, pixels);
+  snprintf(text, sizeof text, "%g", exposed);
+  check(fabs(exposed - 0.8) < 0.03, "a twentieth of a picture may be brighter than what is exposed for", text);
+  for (int i = 240; i < 300; i++) pixels[i] = 100;
+  exposed = 100 * mesh_view_exposure(&d, pixels);
+  snprintf(text, sizeof text, "%g", exposed);
+  check(fabs(exposed - 0.8) < 0.03, "but not a fifth", text);
 }
 
 /* The fold of 50 degrees with texture coordinates that do not meet along it. */
@@ -886,8 +938,12 @@ int main(void) {
   mtl_is_mapped();
   obj_textures();
   habits();
+  far_coordinates();
   gltf_factors();
   gltf_places();
+  vertex_colours();
+  lamps();
+  exposures();
   seams();
   memory();
   damage();

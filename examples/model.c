@@ -1,6 +1,6 @@
-/* Writes a still life as one glTF file whose pictures are within it: a table of tiles with relief, a vase, leaves that are
-   cut out by alpha, a copper bowl with one orange several times, a glass, stained panes in the sun, and a lantern. It
-   shows what files can bring; `make model` draws it.
+/* Writes a still life as one glTF file whose pictures are within it: a table of tiles with relief, a vase, leaves that
+   are cut out by alpha, a copper bowl with one orange several times, a glass, stained panes in the sun, and a lantern.
+   It shows what files can bring; `make model` draws it.
    usage: model FILE.glb
 
    Lengths are in metres, y is up, the table's top is at 0. Contents: bytes, parts, shapes, paint, file, materials,
@@ -374,13 +374,17 @@ typedef struct model {
   list views, accessors, meshes, nodes, materials, images, textures;
 } model;
 
-/* Appends data that the JSON refers to; returns the index of the view. stride: of vertices; else 0. */
-static unsigned add_view(model *m, const void *from, size_t n, unsigned stride) {
+/* What data are, by glTF's numbers. */
+enum { PICTURE = 0, VERTICES = 34962, INDICES = 34963 };
+
+/* Appends data that the JSON refers to; returns the index of the view. Vertices are of eight floats. */
+static unsigned add_view(model *m, const void *from, size_t n, int target) {
   static const char none[4] = {0, 0, 0, 0};
   const unsigned index = next(&m->views);
   say(&m->views.text, "{\"buffer\":0,\"byteOffset\":%lu,\"byteLength\":%lu", (unsigned long)m->data.count,
       (unsigned long)n);
-  if (stride) say(&m->views.text, ",\"byteStride\":%u", stride);
+  if (target == VERTICES) say(&m->views.text, ",\"byteStride\":32");
+  if (target != PICTURE) say(&m->views.text, ",\"target\":%d", target);
   say(&m->views.text, "}");
   append(&m->data, from, n);
   append(&m->data, none, (4 - n % 4) % 4);
@@ -393,7 +397,7 @@ static void append_png(void *to, void *data, int n) { append((bytes *)to, data, 
 static unsigned add_picture(model *m, int size, int channels, const unsigned char *codes) {
   bytes png = {NULL, 0, 0};
   if (!stbi_write_png_to_func(append_png, &png, size, size, channels, codes, size * channels)) exit(1);
-  const unsigned view = add_view(m, png.at, png.count, 0);
+  const unsigned view = add_view(m, png.at, png.count, PICTURE);
   const unsigned picture = next(&m->images);
   say(&m->images.text, "{\"bufferView\":%u,\"mimeType\":\"image/png\"}", view);
   const unsigned index = next(&m->textures);
@@ -457,8 +461,8 @@ static unsigned add_accessor(model *m, unsigned view, const part *p, unsigned of
 
 /* Makes a mesh of a part, which is empty then; returns its index. */
 static unsigned add_mesh(model *m, const char *name, part *p, unsigned material) {
-  const unsigned vertices = add_view(m, p->vertices.at, p->vertices.count, 32);
-  const unsigned indices = add_view(m, p->indices.at, p->indices.count, 0);
+  const unsigned vertices = add_view(m, p->vertices.at, p->vertices.count, VERTICES);
+  const unsigned indices = add_view(m, p->indices.at, p->indices.count, INDICES);
   const unsigned position = add_accessor(m, vertices, p, 0, 3);
   const unsigned normal = add_accessor(m, vertices, p, 3, 3);
   const unsigned texcoord = add_accessor(m, vertices, p, 6, 2);

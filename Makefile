@@ -42,7 +42,7 @@ MPI_FLAGS := $(if $(MPI),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags o
 MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c tests/image.c,$(wildcard tests/*.c tests/fuzz/*.c)))
@@ -55,7 +55,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-image test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform model view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-image test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -72,6 +72,7 @@ all:
 help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
+	@echo "model       writes build/model.glb, a still life that examples/model.c makes, and draws it: out/model.png"
 	@echo "view        looks around in a scene or file; ARGS=model.glb, ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "mpi         builds build/mpi: render on many machines, by OpenMPI; mpirun -n 8 build/mpi --help"
@@ -159,7 +160,7 @@ $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 $(B)/render $(B)/mpi: $(B)/pktrt.o
 $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
-$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform): $(EXAMPLE_HEADERS)
+$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform model): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
@@ -192,6 +193,16 @@ effects: | out
 deform: | out
 	$(BUILD) $(B)/deform
 	$(B)/deform $(ARGS)
+
+# A glTF file that the project makes itself, and what render makes of it.
+model: | out
+	$(BUILD) $(B)/model $(B)/render
+	$(B)/model $(B)/model.glb
+ifeq ($(ASSIMP),)
+	@echo "model: $(B)/model.glb is made; assimp, which reads it, is not installed (make deps-extra), so there is no picture"
+else
+	$(B)/render --mesh $(B)/model.glb --mode drt --spp 64 --size 512x512 -o out/model.png
+endif
 
 view:
 ifeq ($(SDL),)

@@ -33,7 +33,6 @@
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_NO_STDIO
 #define STBI_NO_SIMD /* whose .jpg differ from machine to machine */
-#define STBI_FAILURE_USERMSG
 #define STBI_MAX_DIMENSIONS 16384
 #define STBI_ONLY_JPEG
 #define STBI_ONLY_PNG
@@ -290,7 +289,8 @@ static bool image_load_codes(image *picture, const char *name, const unsigned ch
                    stbi_failure_reason());
   if (!image_check_size(name, (uint32_t)width, (uint32_t)height, size, image_texels_a_byte(bytes, size))) return false;
   picture->codes = stbi_load_from_memory(bytes, (int)size, &width, &height, &channels, 4);
-  if (!picture->codes) return ex_fail("%s: corrupt: %s", name, stbi_failure_reason());
+  if (!picture->codes)
+    return ex_fail("%s: corrupt, or of a kind that stb_image does not read: %s", name, stbi_failure_reason());
   picture->width = (uint32_t)width;
   picture->height = (uint32_t)height;
   return true;

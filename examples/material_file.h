@@ -12,8 +12,9 @@
      unlit                  Emits its colour and reflects nothing.
      Kd, Ks, Ns, Ni, d,     illum 0, 1 or no Ks: diffuse. Coloured Ks, or illum 3, 5, 8: a mirror of Ks, whose lobe has
      illum (.mtl, others)   the exponent Ns, ideal from 1000 on. Grey Ks: a coat of 2 Ks, at most 1, times Fresnel of
-                            Ni. d below 1: with illum 4, 6, 7, 9 glass of Ni, else blend.
-     emission               Is seen, and gives light where no texture changes it (mesh_file.h).
+                            Ni. d below 1: with illum 4, 6, 7, 9 glass of Ni, else blend; d 0, as of Tr 1: opaque.
+     emission               Is seen, and gives light where no texture changes it, but in files before glTF where it is
+                            faint (mesh_file.h).
 
    Colours are clamped to [0,1], and what is NaN is 0. Textures are of colours (sRGB), of metal and roughness, emission,
    opacity, reflectance and normals (in the space of tangents), with one set of coordinates for each material.
@@ -23,6 +24,8 @@
 #define EXAMPLES_MATERIAL_FILE_H
 
 #include "image.h"
+#include <dirent.h>
+#include <strings.h>
 
 #define MATERIAL_MAX_EMISSION 1e6f /* radiance */
 #define MATERIAL_MAX_EXPONENT 1e6f
@@ -316,7 +319,8 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
   material_colour(from, "$clr.specular", 1, shine);
   m->alpha = material_within(material_number(from, AI_MATKEY_OPACITY, 1), 0, 1);
   if (is_mtl && illum < 2) memset(shine, 0, sizeof shine);
-  if (!is_mtl && !(m->alpha > 0)) m->alpha = 1; /* formats disagree on which end is opaque */
+  /* Files disagree on which end is opaque, those with Tr too. */
+  if (!(m->alpha > 0) && !(is_mtl && glass)) m->alpha = 1;
 
   if (is_mtl && glass && m->alpha < 1) {
     made->specular = PKTRT_SPECULAR_DIELECTRIC;
@@ -492,6 +496,23 @@ static bool material_is_picture(const char *name) {
   return false;
 }
 
+/* Looks for a file in a folder, `found` up to `folder`, whatever the case of its letters; of several the first by
+   their codes. */
+static bool material_find_in_folder(const char *name, int folder, char *found, size_t room) {
+  char at[4096];
+  bool some = false;
+  struct stat info;
+  snprintf(at, sizeof at, "%.*s", folder, found);
+  DIR *entries = opendir(folder > 0 ? at : ".");
+  for (const struct dirent *entry; entries && (entry = readdir(entries));) {
+    if (strcasecmp(entry->d_name, name) != 0 || (some && strcmp(entry->d_name, found + folder) >= 0)) continue;
+    const int wrote = snprintf(found + folder, room - (size_t)folder, "%s", entry->d_name);
+    some = wrote > 0 && (size_t)wrote < room - (size_t)folder;
+  }
+  if (entries) closedir(entries);
+  return some && stat(found, &info) == 0 && S_ISREG(info.st_mode);
+}
+
 /* Writes where a picture is: beside the file that names it, by its path from there or by its name alone. False:
    nowhere. */
 static bool material_find_picture(const char *path, const char *name, char *found, size_t room) {
@@ -513,7 +534,7 @@ static bool material_find_picture(const char *path, const char *name, char *foun
     const int wrote = snprintf(found, room, "%.*s%s", tries[i][0] == '/' ? 0 : folder, path, tries[i]);
     if (wrote > 0 && (size_t)wrote < room && stat(found, &info) == 0 && S_ISREG(info.st_mode)) return true;
   }
-  return false;
+  return (size_t)folder < room && material_find_in_folder(last ? last + 1 : plain, folder, found, room);
 }
 
 /* Returns the picture within the file that a name means, as in "*3"; NULL: it means none. */
@@ -596,6 +617,8 @@ static const image *material_get_picture(material_files *files, const char *name
   material_picture *picture = &grown[files->picture_count++];
   memset(picture, 0, sizeof *picture);
   snprintf(picture->name, sizeof picture->name, "%s", name);
+  for (size_t last = strlen(picture->name); last > 0 && picture->name[last - 1] == ' '; last--)
+    picture->name[last - 1] = 0; /* Meshlab's .ply */
   picture->srgb = srgb;
   material_read_picture(files, picture);
   return picture->made;
@@ -715,9 +738,9 @@ static void material_read(material_files *files, material_file *m, const C_STRUC
   pktrt_material *made = &m->made;
   int shading = 0;
   const bool gltf = material_has(from, AI_MATKEY_GLTF_ALPHAMODE);
-  const bool physical = material_has(from, AI_MATKEY_METALLIC_FACTOR) ||
-                        material_has(from, AI_MATKEY_ROUGHNESS_FACTOR) ||
-                        material_has(from, AI_MATKEY_GLOSSINESS_FACTOR);
+  /* Roughness alone is what assimp's reader of .fbx makes of the shininess of any material. */
+  const bool physical =
+      material_has(from, AI_MATKEY_METALLIC_FACTOR) || material_has(from, AI_MATKEY_GLOSSINESS_FACTOR);
   m->alpha = 1;
   m->cutoff = 0.5f;
   m->meshes = files->meshes;

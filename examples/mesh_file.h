@@ -801,12 +801,16 @@ static void mesh_file_widen(mesh_file_reader *r, const mesh_file_shape *shape, c
   }
 }
 
-/* Makes a light of a mesh that emits. */
+static bool mesh_file_is_gltf(const char *path) { return ex_has_suffix(path, ".gltf") || ex_has_suffix(path, ".glb"); }
+
+/* Makes a light of a mesh that emits. Formats before glTF have emission for what is to look less dark: below 1 it is
+   seen, and gives no light. */
 static bool mesh_file_shine(mesh_file_reader *r, uint32_t index, const material_file *material, double area) {
   const float *emission = material->made.emission;
   pktrt_light light;
   if (!(material_most(emission) > 0) || material->unlit) return true;
-  if (material->map[MATERIAL_MAP_GLOW].picture || r->to->lights >= MESH_FILE_MAX_LIGHTS) {
+  const bool faint = !mesh_file_is_gltf(r->path) && material_most(emission) < 1;
+  if (faint || material->map[MATERIAL_MAP_GLOW].picture || r->to->lights >= MESH_FILE_MAX_LIGHTS) {
     r->dark_glows++;
     return true;
   }
@@ -995,15 +999,16 @@ static bool mesh_file_usable(const float v[3], float most) {
    attenuation of their own; here they do so at their distance from the middle of the scene. */
 static double mesh_file_scale(const mesh_file_reader *r, const C_STRUCT aiLight *from, const float position[3]) {
   double square = 0, most = 0;
-  if (ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb")) return 1;
+  if (mesh_file_is_gltf(r->path)) return 1;
   if (from->mType == aiLightSource_DIRECTIONAL) return 3.14159265358979;
   for (int a = 0; a < 3; a++) {
     square += pow(0.5 * (r->lo[a] + r->hi[a]) - (double)position[a], 2);
     most += pow(0.5 * (r->hi[a] - r->lo[a]), 2);
   }
   square = fmax(square, 0.25 * most);
-  const double weakens = (double)from->mAttenuationConstant + (double)from->mAttenuationLinear * sqrt(square) +
-                         (double)from->mAttenuationQuadratic * square;
+  double weakens = (double)from->mAttenuationConstant + (double)from->mAttenuationLinear * sqrt(square) +
+                   (double)from->mAttenuationQuadratic * square;
+  if (ex_has_suffix(r->path, ".3ds")) weakens = 1; /* its files say nothing of this, and assimp the same of all */
   return 3.14159265358979 * square / (weakens > 0 && weakens < 1e30 ? weakens : 1);
 }
 
@@ -1042,7 +1047,7 @@ static bool mesh_file_add_light(mesh_file_reader *r, const C_STRUCT aiLight *fro
 /* The first camera of the file. glTF's importer puts the place of a camera's node into the camera as well, and
    takes the angle up and down times the aspect for that across. */
 static void mesh_file_take_camera(mesh_file_reader *r, const C_STRUCT aiCamera *from, const float place[12]) {
-  const bool gltf = ex_has_suffix(r->path, ".gltf") || ex_has_suffix(r->path, ".glb");
+  const bool gltf = mesh_file_is_gltf(r->path);
   const C_STRUCT aiVector3D zero = {0, 0, 0};
   pktrt_camera *camera = &r->to->camera;
   mesh_file_apply(place, gltf ? &zero : &from->mPosition, 1, camera->eye);
@@ -1063,7 +1068,11 @@ static void mesh_file_take_camera(mesh_file_reader *r, const C_STRUCT aiCamera *
         material_normalise(camera->target)))
     return;
   const float along = material_normalise(camera->up) ? material_dot(camera->up, camera->target) : 1;
-  if (!(fabsf(along) < 0.9999f)) memset(camera->up, 0, sizeof camera->up);
+  if (!(fabsf(along) < 0.94f)) { /* assimp has +y for what is z in .3ds; y is tried by the library */
+    const bool along_z = fabsf(camera->target[2]) > 0.94f;
+    memset(camera->up, 0, sizeof camera->up);
+    camera->up[2] = along_z ? 0.0f : 1.0f;
+  }
   r->to->has_camera = true;
 }
 
@@ -1181,6 +1190,17 @@ static bool mesh_file_add_scene(mesh_file_reader *r) {
   return ok && (r->some || ex_fail("%s: no triangles", r->path));
 }
 
+/* Frees what assimp has read. It crashes (5.2) as it frees the pictures of a .3mf, so these stay. */
+static void mesh_file_release(mesh_file_reader *r) {
+  C_STRUCT aiScene *file = (C_STRUCT aiScene *)r->file;
+  if (ex_has_suffix(r->path, ".3mf")) {
+    file->mNumTextures = 0;
+    file->mTextures = NULL;
+  }
+  aiReleaseImport(file);
+  r->to->materials.file = NULL;
+}
+
 static bool mesh_file_add_assimp(mesh_file_reader *r, off_t size) {
   r->file = mesh_file_import(r->path, size,
                              aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices |
@@ -1188,8 +1208,7 @@ static bool mesh_file_add_assimp(mesh_file_reader *r, off_t size) {
   if (!r->file) return ex_fail("%s: %s", r->path, aiGetErrorString());
   const bool ok = mesh_file_add_scene(r);
   if (ok && !r->plain) mesh_file_tell(r);
-  aiReleaseImport(r->file);
-  r->to->materials.file = NULL;
+  mesh_file_release(r);
   return ok;
 }
 #endif

@@ -455,6 +455,28 @@ static void far_coordinates(void) {
   close_file(&o);
 }
 
+/* What files of other programs do. */
+static void habits(void) {
+  static const unsigned char one[4] = {128, 255, 0, 255};
+  char said[2000];
+  write_picture("letters.png", 1, 1, one);
+  write_squares("habits", 4,
+                "newmtl m0\nKd 0.2 0.4 0.6\nTr 1\nillum 2\n"
+                "newmtl m1\nKd 1 1 1\nmap_Kd LETTERS.Png\nillum 1\n"
+                "newmtl m2\nKd 0.5 0.5 0.5\nKe 0.5 0.25 0.125\nillum 1\n"
+                "newmtl m3\nKd 0.2 0.4 0.6\nTr 0.25\nillum 1\n",
+                NULL);
+  opened o = open_quietly("habits.obj", said, sizeof said);
+  const pktrt_material *m = made(&o, 0);
+  check(o.ok && !m->blend && m->transparency <= 0, "what would be invisible as a whole is opaque", said);
+  m = made(&o, 3);
+  check(m->blend && fabsf(m->transparency - 0.25f) < 1e-4f, "control: what is so in part blends", "");
+  expect(look_at_place(&o, 2.5f, 0.5f).albedo, 0.2159, 1, 0, "a picture is found whatever the case of its name");
+  expect(made(&o, 2)->emission, 0.5, 0.25, 0.125, "a faint glow is seen");
+  check(o.file.lights == 0 && strstr(said, "1 glow as a light"), "but is no light, which is said", said);
+  close_file(&o);
+}
+
 /* >>gltf ----------------------------------------------------------------------------------------------------------- */
 
 /* Appends bytes as base64. */
@@ -917,6 +939,7 @@ int main(void) {
   normals();
   mtl_is_mapped();
   obj_textures();
+  habits();
   far_coordinates();
   gltf_factors();
   gltf_places();

@@ -42,10 +42,10 @@ MPI_FLAGS := $(if $(MPI),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags o
 MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
-TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c,$(wildcard tests/*.c tests/fuzz/*.c)))
+TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c tests/image.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
 # Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.
@@ -55,7 +55,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures example-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform model view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-image test-mesh-file readme-pictures example-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -72,7 +72,8 @@ all:
 help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
-	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
+	@echo "model       writes build/model.glb, a still life that examples/model.c makes, and draws it: out/model.png"
+	@echo "view        looks around in a scene or file; ARGS=model.glb, ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "mpi         builds build/mpi: render on many machines, by OpenMPI; mpirun -n 8 build/mpi --help"
 	@echo "test-mpi    4 and 7 ranks on this machine have the bits of render; ranks that die, runs that are resumed, in a minute"
@@ -87,6 +88,7 @@ help:
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-mesh-file  mesh files that assimp reads: edges, hostile sizes, with AddressSanitizer as well"
+	@echo "            test-image, the first part of it: pictures as textures and environments, also without stb_image"
 	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies; by pip, offline"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
@@ -150,7 +152,7 @@ $(B)/render $(B)/all/render: examples/render.c $(EXAMPLE_HEADERS)
 	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
 
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $(ASSIMP_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
 
 $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $(MPI_FLAGS) $< $(@D)/pktrt.o -o $@ $(LDFLAGS) $(MPI_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
@@ -158,7 +160,7 @@ $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 $(B)/render $(B)/mpi: $(B)/pktrt.o
 $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
-$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform): $(EXAMPLE_HEADERS)
+$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform model): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
@@ -191,6 +193,16 @@ effects: | out
 deform: | out
 	$(BUILD) $(B)/deform
 	$(B)/deform $(ARGS)
+
+# A glTF file that the project makes itself, and what render makes of it.
+model: | out
+	$(BUILD) $(B)/model $(B)/render
+	$(B)/model $(B)/model.glb
+ifeq ($(ASSIMP),)
+	@echo "model: $(B)/model.glb is made; assimp, which reads it, is not installed (make deps-extra), so there is no picture"
+else
+	$(B)/render --mesh $(B)/model.glb --mode drt --spp 64 --size 512x512 -o out/model.png
+endif
 
 view:
 ifeq ($(SDL),)
@@ -412,8 +424,17 @@ else
 	tests/view.sh $(B)
 endif
 
+# Pictures, without a sanitizer, with AddressSanitizer, and without stb_image.
+test-image:
+	$(BUILD) $(B)/pktrt.o
+	mkdir -p $(B)/image
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) tests/image.c $(B)/pktrt.o -o $(B)/image/plain $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -fsanitize=address tests/image.c $(B)/pktrt.o -o $(B)/image/asan $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -DIMAGE_NO_STB tests/image.c $(B)/pktrt.o -o $(B)/image/without $(LDFLAGS) $(LDLIBS)
+	cd $(B)/image && ./plain && ./asan && ./without
+
 # Mesh files that assimp reads, without a sanitizer and with AddressSanitizer.
-test-mesh-file:
+test-mesh-file: test-image
 ifeq ($(ASSIMP),)
 	@echo "test-mesh-file: assimp is not installed (make deps-extra installs libassimp-dev), nothing is tested"
 else

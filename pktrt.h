@@ -1684,7 +1684,8 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
      the point in a direction, if it has an extent but is nothing that rays hit. Checks and reports follow
      from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do, FLAT if it has a front.
    - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then the weights of its
-     rays, in pktrt__material_weights8 (>>shade). Without these it reflects nothing.
+     rays, in pktrt__material_weights8 (>>shade) or, one by one, in pktrt__material_weights_rest (>>materials). Without
+     these it reflects nothing. What lets rays through stands in pktrt__surface_clear (>>waves).
    - A sampler: an enumerator of pktrt_sampler, a row of PKTRT__SAMPLER_ROWS and a prototype (>>kinds), and its function
      (>>samplers).
    - A feature that builds can leave out: an enumerator of pktrt_feature and a row of PKTRT__FEATURE_ROWS (>>platform),

@@ -113,7 +113,7 @@ static float material_within(float x, float lo, float hi) {
   return x < hi ? x : hi;
 }
 
-static float material_most(const float rgb[3]) {
+EX_UNUSED static float material_most(const float rgb[3]) {
   const float two = rgb[0] > rgb[1] ? rgb[0] : rgb[1];
   return two > rgb[2] ? two : rgb[2];
 }
@@ -716,6 +716,9 @@ static bool material_has_alpha(const image *picture) {
 static void material_set_hook(material_file *m, bool vertex_colours) {
   pktrt_material *made = &m->made;
   const image *opacity = m->map[MATERIAL_MAP_OPACITY].picture;
+  const image *colour = m->map[MATERIAL_MAP_COLOUR].picture;
+  const bool solid = !(m->alpha < 1) && !opacity && !vertex_colours && !(colour && material_has_alpha(colour));
+  if (solid) m->transparent = MATERIAL_OPAQUE; /* whatever the file calls it */
   bool asked = vertex_colours || m->by_angle || m->transparent == MATERIAL_MASK;
   if (opacity && m->transparent == MATERIAL_OPAQUE) m->transparent = MATERIAL_BLEND;
   m->opacity_is_alpha = opacity && material_has_alpha(opacity);

@@ -554,10 +554,10 @@ static void write_gltf(const char *path, const char *materials, unsigned count, 
 /* The reflectance of what reflects f0 straight, of no roughness, at a cosine. */
 static double schlick(double f0, double cosine) { return f0 + (1 - f0) * pow(1 - cosine, 5); }
 
-/* Square i, from x = 2 i, has the i-th of twelve materials. */
+/* Square i, from x = 2 i, has the i-th of thirteen materials. */
 static void write_factors(void) {
   char nodes[1000] = "";
-  for (int i = 0; i < 12; i++) {
+  for (int i = 0; i < 13; i++) {
     const size_t n = strlen(nodes);
     snprintf(nodes + n, sizeof nodes - n, "%s{'mesh':%d,'translation':[%d,0,0]}", i ? "," : "", i, 2 * i);
   }
@@ -589,8 +589,9 @@ static void write_factors(void) {
              "{'extensions':{'KHR_materials_unlit':{}},'pbrMetallicRoughness':{"
              "'baseColorFactor':[0.1,0.2,0.3,1]}},"
              "{'pbrMetallicRoughness':{'baseColorFactor':[7,-1,0.5,1],'metallicFactor':-3,"
-             "'roughnessFactor':9}}",
-             12, nodes, "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8,9,10,11]}]");
+             "'roughnessFactor':9}},"
+             "{'alphaMode':'BLEND','pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1}}",
+             13, nodes, "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8,9,10,11,12]}]");
 }
 
 static void metals(const opened *o) {
@@ -634,6 +635,7 @@ static void transparent_and_textured(const opened *o) {
         "");
   m = made(o, 7);
   check(m->blend && fabsf(m->transparency - 0.6f) < 1e-4f, "blend lets rays through by alpha", "");
+  check(!made(o, 12)->blend, "but not where alpha is 1", "");
   m = made(o, 8);
   expect(m->emission, 8, 4, 2, "emission is times its strength");
   check(o->file.lights == 1, "and makes a light", "");
@@ -651,7 +653,7 @@ static void transparent_and_textured(const opened *o) {
 static void gltf_factors(void) {
   write_factors();
   opened o = open_file("factors.gltf");
-  check(o.ok, "a .gltf with twelve materials and pictures within it is read", "");
+  check(o.ok, "a .gltf with thirteen materials and pictures within it is read", "");
   metals(&o);
   transparent_and_textured(&o);
   close_file(&o);

@@ -70,8 +70,10 @@ typedef struct image_between {
 
 /* Returns the texel that counts for texel i, which may be one beyond either edge of n. */
 static size_t image_wrapped(double i, double n, image_wrap wrap) {
-  if (wrap == IMAGE_REPEAT) return (size_t)(i < 0 ? i + n : i >= n ? i - n : i);
-  return (size_t)(i < 0 ? 0 : i >= n ? n - 1 : i);
+  const bool repeats = wrap == IMAGE_REPEAT;
+  if (i < 0) return (size_t)(repeats ? i + n : 0);
+  if (i >= n) return (size_t)(repeats ? i - n : n - 1);
+  return (size_t)i;
 }
 
 /* Finds the texels about a coordinate. One that is not finite counts as 0. */
@@ -85,7 +87,7 @@ static image_between image_find(float coordinate, uint32_t size, image_wrap wrap
     at -= 2 * floor(0.5 * at);
     if (at > 1) at = 2 - at;
   }
-  if (wrap == IMAGE_CLAMP) at = at < 0 ? 0 : at > 1 ? 1 : at;
+  if (wrap == IMAGE_CLAMP) at = fmin(fmax(at, 0), 1);
 
   const double place = at * n - 0.5;
   const double below = floor(place);
@@ -190,6 +192,7 @@ static bool image_hdr_line(image_bytes *from, char line[128]) {
   return false;
 }
 
+/* Tells by the first bytes whether a file is a .hdr. */
 static bool image_is_hdr(const unsigned char *bytes, size_t size) {
   return (size > 10 && !memcmp(bytes, "#?RADIANCE", 10)) || (size > 6 && !memcmp(bytes, "#?RGBE", 6));
 }
@@ -243,6 +246,7 @@ static bool image_hdr_row(image_bytes *from, unsigned char *row, size_t width) {
   return true;
 }
 
+/* Reads a picture of floats. False after saying why not. */
 static bool image_load_hdr(image *picture, const char *name, const unsigned char *bytes, size_t size) {
   image_bytes from = {bytes, bytes + size};
   uint32_t width = 0, height = 0, y = 0;
@@ -298,6 +302,7 @@ static bool image_load_codes(image *picture, const char *name, const unsigned ch
 
 #else
 
+/* Refuses all pictures of codes. */
 static bool image_load_codes(image *picture, const char *name, const unsigned char *bytes, size_t size) {
   (void)picture;
   (void)bytes;

@@ -61,6 +61,7 @@ typedef struct part {
   uint32_t vertex_count;
 } part;
 
+/* Adds a vertex; returns its index. The normal may have any length. */
 static uint32_t vertex(part *to, const double p[3], const double normal[3], double u, double v) {
   double size = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
   if (!(size > 0)) size = 1;
@@ -76,6 +77,7 @@ static uint32_t vertex(part *to, const double p[3], const double normal[3], doub
   return to->vertex_count++;
 }
 
+/* Adds a triangle of three vertices, counter-clockwise seen from its front. */
 static void triangle(part *to, uint32_t a, uint32_t b, uint32_t c) {
   const uint32_t corners[3] = {a, b, c};
   append(&to->indices, corners, sizeof corners);
@@ -231,11 +233,14 @@ typedef double (*relief)(double u, double v);
 /* Grows from 0 to 1 as x goes from lo to hi. */
 static double step(double lo, double hi, double x) {
   const double t = (x - lo) / (hi - lo);
-  return t < 0 ? 0 : t > 1 ? 1 : t * t * (3 - 2 * t);
+  if (t < 0) return 0;
+  return t > 1 ? 1 : t * t * (3 - 2 * t);
 }
 
+/* Returns what is a part t of the way from a to b. */
 static double mix(double a, double b, double t) { return a + (b - a) * t; }
 
+/* Covers a part of a point by a colour. */
 static void cover(double rgba[4], double r, double g, double b, double part_of) {
   rgba[0] = mix(rgba[0], r, part_of);
   rgba[1] = mix(rgba[1], g, part_of);
@@ -260,6 +265,7 @@ static double noise(double x, double y, int period) {
   return mix(mix(corners[0][0], corners[0][1], across), mix(corners[1][0], corners[1][1], across), down);
 }
 
+/* Noise of four sizes, the largest `period` times in the texture. */
 static double octaves(double u, double v, int period) {
   double sum = 0, weight = 0.5;
   for (int i = 0; i < 4; i++) {
@@ -277,6 +283,7 @@ static double tile_at(double u, double v, double *x, double *y) {
   return fmax(fabs(*x), fabs(*y));
 }
 
+/* Blue flowers on white tiles, two by two, with joints between. */
 static void paint_tiles(double u, double v, double rgba[4]) {
   double x, y;
   const double edge = tile_at(u, v, &x, &y);
@@ -284,7 +291,7 @@ static void paint_tiles(double u, double v, double rgba[4]) {
   const double petal = 0.46 + 0.17 * cos(8 * angle);
   const double aside = fabs(x) > fabs(y) ? 1 - fabs(x) : 1 - fabs(y);
   const double to_corner = sqrt((1 - fabs(x)) * (1 - fabs(x)) + (1 - fabs(y)) * (1 - fabs(y)));
-  rgba[0] = 0.93, rgba[1] = 0.90, rgba[2] = 0.83, rgba[3] = 1;
+  cover(rgba, 0.93, 0.90, 0.83, 1);
   cover(rgba, 0.16, 0.30, 0.56, step(petal + 0.02, petal - 0.02, r));
   cover(rgba, 0.93, 0.90, 0.83, step(petal - 0.10, petal - 0.14, r));
   cover(rgba, 0.80, 0.52, 0.20, step(0.20, 0.16, r));
@@ -296,24 +303,27 @@ static void paint_tiles(double u, double v, double rgba[4]) {
   cover(rgba, 0.55, 0.50, 0.44, step(0.93, 0.95, edge));
 }
 
+/* Tiles are round at their edges. */
 static double tile_relief(double u, double v) {
   double x, y;
   const double edge = tile_at(u, v, &x, &y);
   return 0.012 * step(0.97, 0.84, edge) + 0.0012 * octaves(u, v, 4);
 }
 
+/* Ochre with spots. */
 static void paint_plaster(double u, double v, double rgba[4]) {
   const double spots = octaves(u, v, 4);
-  rgba[0] = mix(0.80, 0.90, spots), rgba[1] = mix(0.66, 0.77, spots), rgba[2] = mix(0.50, 0.62, spots), rgba[3] = 1;
+  cover(rgba, mix(0.80, 0.90, spots), mix(0.66, 0.77, spots), mix(0.50, 0.62, spots), 1);
 }
 
+/* Waves of a trowel. */
 static double plaster_relief(double u, double v) { return 0.006 * octaves(u, v, 8); }
 
 /* Two waves, a row of lozenges, bands at foot and mouth. */
 static void paint_vase(double u, double v, double rgba[4]) {
   const double wave = 0.30 + 0.03 * sin(2 * PI * 9 * u);
   const double x = fabs(14 * u - floor(14 * u) - 0.5), y = fabs(v - 0.56) * 5;
-  rgba[0] = 0.92, rgba[1] = 0.88, rgba[2] = 0.78, rgba[3] = 1;
+  cover(rgba, 0.92, 0.88, 0.78, 1);
   cover(rgba, 0.10, 0.34, 0.42, step(0.020, 0.014, fabs(v - wave)));
   cover(rgba, 0.10, 0.34, 0.42, step(0.011, 0.006, fabs(v - wave - 0.045)));
   cover(rgba, 0.10, 0.34, 0.42, step(0.50, 0.46, x + y));
@@ -351,17 +361,18 @@ static void paint_lattice(double u, double v, double rgba[4]) {
   const double star = 0.62 + 0.18 * cos(6 * angle);
   const double left = 2 * fabs(fabs(x) - 1), up = 2 * fabs(fabs(y) - 1);
   const double small_hole = sqrt(left * left + up * up);
-  rgba[0] = 0.87, rgba[1] = 0.68, rgba[2] = 0.36;
+  cover(rgba, 0.87, 0.68, 0.36, 1);
   rgba[3] = fmin(step(star - 0.06, star + 0.06, r), step(0.28, 0.40, small_hole));
   if (v < 0.03 || v > 0.97) rgba[3] = 1;
 }
 
+/* A leaf along u, transparent around it. */
 static void paint_leaf(double u, double v, double rgba[4]) {
   const double aside = fabs(v - 0.5);
   const double half = u > 0.12 ? 0.46 * sqrt(sin(PI * pow((u - 0.12) / 0.88, 0.8))) : 0.03;
   const double along = 9 * (u + 1.2 * aside);
   const double vein = fmax(step(0.03, 0.015, aside), 0.5 * step(0.12, 0.04, fabs(along - floor(along) - 0.5)));
-  rgba[0] = mix(0.22, 0.52, vein), rgba[1] = mix(0.40, 0.60, vein), rgba[2] = mix(0.14, 0.28, vein);
+  cover(rgba, mix(0.22, 0.52, vein), mix(0.40, 0.60, vein), mix(0.14, 0.28, vein), 1);
   const double shade = 0.85 + 0.3 * octaves(u, v, 4);
   for (int c = 0; c < 3; c++) rgba[c] *= shade;
   rgba[3] = step(half + 0.02, half - 0.02, aside);
@@ -391,6 +402,7 @@ static unsigned add_view(model *m, const void *from, size_t n, int target) {
   return index;
 }
 
+/* For stb_image_write. */
 static void append_png(void *to, void *data, int n) { append((bytes *)to, data, (size_t)n); }
 
 /* Keeps a picture of RGB or RGBA; returns the index of its texture. */
@@ -406,13 +418,13 @@ static unsigned add_picture(model *m, int size, int channels, const unsigned cha
   return index;
 }
 
-static unsigned char code_of(double value) {
-  return (unsigned char)(value <= 0 ? 0 : value >= 1 ? 255 : value * 255 + 0.5);
-}
+/* Returns the code of a value in [0,1]. */
+static unsigned char code_of(double value) { return (unsigned char)(fmin(fmax(value, 0), 1) * 255 + 0.5); }
 
 enum { MOST_TEXELS = 512 * 512 };
 static unsigned char texels[4 * MOST_TEXELS];
 
+/* Paints a texture; returns its index. */
 static unsigned add_painting(model *m, int size, int channels, paint how) {
   for (int i = 0; i < size * size; i++) {
     double rgba[4] = {0, 0, 0, 1};
@@ -486,6 +498,7 @@ typedef struct place {
   double x, y, z, turn, pitch, roll, wide, high;
 } place;
 
+/* A place with one scale. */
 static place place_at(double x, double y, double z, double turn, double pitch, double roll, double scale) {
   const place at = {x, y, z, turn, pitch, roll, scale, scale};
   return at;
@@ -501,17 +514,20 @@ static void begin_node(model *m, place at) {
       cy * cx * cz + sy * sx * sz, at.wide, at.high, at.wide);
 }
 
+/* Puts a mesh in a place. */
 static void put(model *m, unsigned mesh, place at) {
   begin_node(m, at);
   say(&m->nodes.text, ",\"mesh\":%u}", mesh);
 }
 
+/* Appends a member of the JSON that is an array. */
 static void append_list(bytes *to, const char *name, const list *from) {
   say(to, ",\n\"%s\":[", name);
   append(to, from->text.at, from->text.count);
   say(to, "]");
 }
 
+/* Appends four bytes, the lowest first. */
 static void append_word(bytes *to, uint32_t word) {
   const unsigned char four[4] = {(unsigned char)word, (unsigned char)(word >> 8), (unsigned char)(word >> 16),
                                  (unsigned char)(word >> 24)};
@@ -572,6 +588,7 @@ static unsigned begin_material(model *m, const char *name, const double colour[3
   return index;
 }
 
+/* Ends the material that was begun. */
 static void end_material(model *m) { say(&m->materials.text, "}"); }
 
 static const double white[3] = {1, 1, 1};
@@ -583,6 +600,7 @@ static unsigned begin_painted(model *m, const char *name, unsigned texture, doub
   return begin_material(m, name, white, metallic, roughness, surface);
 }
 
+/* A material of one colour; returns its index. */
 static unsigned plain_material(model *m, const char *name, double r, double g, double b, double metallic,
                                double roughness) {
   const double colour[3] = {r, g, b};
@@ -591,6 +609,7 @@ static unsigned plain_material(model *m, const char *name, double r, double g, d
   return index;
 }
 
+/* Gives the material that was begun a normal map. */
 static void say_relief(model *m, unsigned texture) {
   say(&m->materials.text, ",\"normalTexture\":{\"index\":%u}", texture);
 }
@@ -616,6 +635,7 @@ static unsigned pane_material(model *m, const char *name, const double colour[3]
 
 /* >>things --------------------------------------------------------------------------------------------------------- */
 
+/* The table and the wall behind it. */
 static void add_room(model *m) {
   part p = {{NULL, 0, 0}, {NULL, 0, 0}, 0};
   const double front_left[3] = {-0.8, 0, 0.75}, along[3] = {1.6, 0, 0}, back[3] = {0, 0, -1.2};
@@ -633,6 +653,7 @@ static void add_room(model *m) {
   put(m, add_mesh(m, "wall", &p, plaster), place_at(0, 0, 0, 0, 0, 0, 1));
 }
 
+/* Open above: its profile goes up outside and a little down inside. */
 static void add_vase(model *m) {
   static const double outside[9][2] = {{0.040, 0.000}, {0.046, 0.010}, {0.074, 0.070}, {0.088, 0.130}, {0.074, 0.195},
                                        {0.040, 0.245}, {0.031, 0.275}, {0.040, 0.305}, {0.048, 0.316}};
@@ -680,6 +701,7 @@ static void add_leaves(model *m) {
   put(m, one, place_at(0.00, 0.115, 0.10, 160, 0, 24, 0.7));
 }
 
+/* The bowl and six oranges, which are one mesh. */
 static void add_bowl(model *m) {
   static const double outside[5][2] = {{0.050, 0.012}, {0.090, 0.022}, {0.128, 0.052}, {0.146, 0.088}, {0.150, 0.100}};
   static const double inside[5][2] = {{0.146, 0.100}, {0.142, 0.088}, {0.124, 0.055}, {0.088, 0.026}, {0.040, 0.017}};
@@ -729,6 +751,7 @@ static void add_goblet(model *m) {
   put(m, add_mesh(m, "goblet", &p, glass_material(m)), place_at(0.285, 0, 0.10, 0, 0, 0, 1));
 }
 
+/* Brass below and above, the lattice between, and a candle within, whose flame is a light. */
 static void add_lantern(model *m) {
   static const double dome[5][2] = {{0.082, 0.222}, {0.076, 0.240}, {0.048, 0.268}, {0.018, 0.284}, {0.012, 0.300}};
   const place here = place_at(-0.33, 0, -0.12, 12, 0, 0, 1);

@@ -61,7 +61,8 @@ static int plain_wrap(int i, int n, image_wrap wrap) {
   const int twice = ((i % (2 * n)) + 2 * n) % (2 * n);
   if (wrap == IMAGE_REPEAT) return once;
   if (wrap == IMAGE_MIRROR) return twice < n ? twice : 2 * n - 1 - twice;
-  return i < 0 ? 0 : i >= n ? n - 1 : i;
+  if (i < 0) return 0;
+  return i >= n ? n - 1 : i;
 }
 
 /* Mixes the plain way: all texels of the endless picture about (u, v), each by its share, which is largest at its
@@ -248,6 +249,7 @@ static void corrupt(const unsigned char *codes, const float *floats) {
   for (int kind = 0; kind < KINDS; kind++) {
     bytes b = make_file(kind, codes, floats);
     image picture;
+    const size_t head = b.n < 200 ? b.n : 200;
     unsigned read = 0, refused = 0;
     bool good = true;
     for (int i = 0; i < 400; i++) {
@@ -258,7 +260,7 @@ static void corrupt(const unsigned char *codes, const float *floats) {
       if (i < 100) n = b.n * (size_t)i / 100;
       else
         for (int k = 0; k < 1 + i % 5; k++)
-          copy[random_bits() % (i % 2 ? b.n : b.n < 200 ? b.n : 200)] = (unsigned char)(random_bits() >> 16);
+          copy[random_bits() % (i % 2 ? b.n : head)] = (unsigned char)(random_bits() >> 16);
       unsigned char *part = (unsigned char *)malloc(n + (n == 0));
       if (!part) exit(2);
       memcpy(part, copy, n);
@@ -413,7 +415,8 @@ static void texture(void) {
   for (int pass = 0; pass < 2; pass++) {
     material.cutout = pass == 1;
     pktrt_scene *world = make_square(&material, &view);
-    for (int c = 0; c < 3; c++) view.ambient[c] = 1, view.background[c] = c == 2 ? 0.25f : 0;
+    for (int c = 0; c < 3; c++) view.ambient[c] = 1;
+    view.background[2] = 0.25f;
     render(world, &view, pixels);
     const float *left = pixels, *right = pixels + (size_t)3 * (PIXELS - 1);
     const float *low_left = pixels + (size_t)3 * PIXELS * (PIXELS - 1);
@@ -512,7 +515,10 @@ static void environment(void) {
   pktrt_light light;
   memset(&material, 0, sizeof material);
   memset(&light, 0, sizeof light);
-  for (int c = 0; c < 3; c++) material.albedo[c] = 0.5f, light.intensity[c] = 1;
+  for (int c = 0; c < 3; c++) {
+    material.albedo[c] = 0.5f;
+    light.intensity[c] = 1;
+  }
   light.kind = PKTRT_LIGHT_ENVIRONMENT;
   world = make_square(&material, &view);
   if (pktrt_add_light(world, &light, NULL) != PKTRT_OK) exit(2);

@@ -1,4 +1,4 @@
-/* pktrt.h - v0.19.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.20.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -602,7 +602,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1900              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 2000              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -21382,6 +21382,16 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.20.0   What to change: pktrt_material has three new fields at its end: zero it, as ever.
+              New:
+                - PKTRT_SPECULAR_THIN: panes, films and stained glass, one layer of triangles thick, which let light
+                  straight on, tinted by albedo; shadow rays pass them.
+                - `blend` and `transparency` of materials: opacity as a chance for each ray.
+                - Where rays meet far more radiance than the table of an environment knows of, a report is unreliable,
+                  and the log hook is told.
+                - PKTRT_NO_POOLS leaves out triangle_materials and what finds the vertices that indices name.
+              Around it: files keep their materials, textures, lights and cameras (`render --mesh`, the viewer and the
+              web page); `make model`; all of this header in Python, by pip too.
      0.19.0   What to change:
                 - Normals of hits are of unit length (their largest component was 1): a program that normalised them may
                   leave that out; one that asked for a component of 1 asks for the largest.

@@ -158,7 +158,7 @@ if have cmake git "$CXX"; then
   commit=$(cd "$repository" && git init -q . && git add . && git -c user.name=x -c user.email=x@x -c commit.gpgsign=false commit -q -m x &&
     git rev-parse HEAD)
   readme=$(awk '/^```cmake$/ {on = 1; next} /^```$/ {on = 0} on' README.md)
-  lines=$(sed "s|URL|\"file://$repository\"|; s|COMMIT|$commit|" <<<"$readme")
+  lines=$(sed "s|<url>|\"file://$repository\"|; s|<commit>|$commit|" <<<"$readme")
   attempt "the README has three lines for CMake" [ "$(wc -l <<<"$readme")" = 3 ]
   project_of "fetched in C" C <<CMAKE
 $lines

@@ -42,10 +42,10 @@ MPI_FLAGS := $(if $(MPI),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags o
 MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
-TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c,$(wildcard tests/*.c tests/fuzz/*.c)))
+TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c tests/image.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
 # Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.
@@ -55,7 +55,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform model view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-image test-mesh-file readme-pictures example-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -72,7 +72,8 @@ all:
 help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
-	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
+	@echo "model       writes build/model.glb, a still life that examples/model.c makes, and draws it: out/model.png"
+	@echo "view        looks around in a scene or file; ARGS=model.glb, ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "mpi         builds build/mpi: render on many machines, by OpenMPI; mpirun -n 8 build/mpi --help"
 	@echo "test-mpi    4 and 7 ranks on this machine have the bits of render; ranks that die, runs that are resumed, in a minute"
@@ -87,7 +88,8 @@ help:
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-mesh-file  mesh files that assimp reads: edges, hostile sizes, with AddressSanitizer as well"
-	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies, the same sentences"
+	@echo "            test-image, the first part of it: pictures as textures and environments, also without stb_image"
+	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies; by pip, offline"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
@@ -131,7 +133,7 @@ help:
 	@echo "dist        packs build/pktrt-VERSION.tar.gz, the same bytes for everyone who packs this commit"
 	@echo "test-dist   its bytes and what is in it; FULL=1: in a quarter of an hour, its own make deps demo test, too"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
-	@echo "readme-pictures  makes the small pictures of the README anew"
+	@echo "readme-pictures  makes the pictures of the README anew        example-pictures  the small ones of examples/README.md"
 
 # --- examples ---
 
@@ -150,7 +152,7 @@ $(B)/render $(B)/all/render: examples/render.c $(EXAMPLE_HEADERS)
 	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
 
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $(ASSIMP_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
 
 $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $(MPI_FLAGS) $< $(@D)/pktrt.o -o $@ $(LDFLAGS) $(MPI_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
@@ -158,7 +160,7 @@ $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 $(B)/render $(B)/mpi: $(B)/pktrt.o
 $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
-$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform): $(EXAMPLE_HEADERS)
+$(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform model): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
@@ -191,6 +193,17 @@ effects: | out
 deform: | out
 	$(BUILD) $(B)/deform
 	$(B)/deform $(ARGS)
+
+# A glTF file that the project makes itself, and what render makes of it.
+MODEL_SPP = 64
+model: | out
+	$(BUILD) $(B)/model $(B)/render
+	$(B)/model $(B)/model.glb
+ifeq ($(ASSIMP),)
+	@echo "model: $(B)/model.glb is made; assimp, which reads it, is not installed (make deps-extra), so there is no picture"
+else
+	$(B)/render --mesh $(B)/model.glb --mode drt --spp $(MODEL_SPP) --size 512x512 -o out/model.png
+endif
 
 view:
 ifeq ($(SDL),)
@@ -232,8 +245,8 @@ web-serve: web
 	python3 examples/web/serve.py $(WEB) $(PORT)
 
 # What node can see of it: the bits of build/render and build/walk_events, memory that stays, time (ARGS=--quick leaves out the last
-# two), and whether the course's links lead where they say. Then the page as someone would use it, in Chromium; ONLY="pictures walk"
-# picks functions of tests/web_page.js.
+# two), whether the course's links lead where they say, and models from files, hostile ones too. Then the page as someone would use
+# it, in Chromium; ONLY="pictures walk" picks functions of tests/web_page.js.
 test-web: test-web-node
 	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
 
@@ -244,6 +257,7 @@ test-web-node: web test-serve
 	$(BUILD) $(B)/render $(B)/walk_events
 	node tests/web.js $(WEB) $(B)/render $(ARGS)
 	node tests/walk.js $(WEB) $(B)/walk_events
+	node tests/web_files.js $(WEB) $(ARGS)
 
 $(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
 	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@
@@ -275,6 +289,31 @@ readme-pictures: effects
 	done; done
 	@$(PICTURE); picture --scene rtrt --mode drt --spp 256 --size 1024x640 $(LOOK) -o .pictures/rtrt-large.png
 	cp out/effects-*.png .pictures/
+	@$(if $(ASSIMP),$(MAKE) --no-print-directory model && cp out/model.png .pictures/,echo "readme-pictures: without assimp there is no model.png")
+	@$(MAKE) --no-print-directory example-pictures
+
+# The small ones of examples/README.md, 256 pixels wide. Those of render are made of the README's.
+GALLERY = .pictures/examples
+SMALL = small() { $(B)/shrink "$$1" $(GALLERY)/$$2.png 256; }
+example-pictures: effects | out
+	$(BUILD) $(B)/shrink $(addprefix $(B)/,hello pick cornell deform instances changes lightmap distance)
+	mkdir -p $(GALLERY)
+	@set -e; for program in pick cornell instances changes lightmap distance; do $(B)/$$program; done >out/examples.txt
+	$(B)/hello out/hello.png
+	$(B)/deform --frames 4 --size 768x480
+	@set -e; $(SMALL); for name in hello cornell instances lightmap distance; do small out/$$name.png $$name; done; \
+	  small out/pick-before.png pick; small out/deform-001.png deform; small out/changes-2.png changes; \
+	  small out/effects-gloss.png effects; small .pictures/poolhall-drt.png poolhall; \
+	  small .pictures/conference-drt.png conference; small .pictures/rtrt-large.png rtrt; \
+	  small .pictures/model.png model
+	@set -e; $(SMALL); if [ -n "$(PYTHON)" ] && $(PYTHON) -c 'import matplotlib'; then export PKTRT_CACHE=$(B)/python; \
+	  $(PYTHON) -B examples/python/ao.py >out/ao.pgm; small out/ao.pgm ao; \
+	  $(PYTHON) -B examples/python/factors.py out/factors.png; small out/factors.png factors; \
+	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
+	@most=1200000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
+
+$(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # --- the course ---
 
@@ -388,8 +427,17 @@ else
 	tests/view.sh $(B)
 endif
 
+# Pictures, without a sanitizer, with AddressSanitizer, and without stb_image.
+test-image:
+	$(BUILD) $(B)/pktrt.o
+	mkdir -p $(B)/image
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) tests/image.c $(B)/pktrt.o -o $(B)/image/plain $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -fsanitize=address tests/image.c $(B)/pktrt.o -o $(B)/image/asan $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -DIMAGE_NO_STB tests/image.c $(B)/pktrt.o -o $(B)/image/without $(LDFLAGS) $(LDLIBS)
+	cd $(B)/image && ./plain && ./asan && ./without
+
 # Mesh files that assimp reads, without a sanitizer and with AddressSanitizer.
-test-mesh-file:
+test-mesh-file: test-image
 ifeq ($(ASSIMP),)
 	@echo "test-mesh-file: assimp is not installed (make deps-extra installs libassimp-dev), nothing is tested"
 else
@@ -417,7 +465,7 @@ $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
 PYTHON = $(firstword $(foreach python,python3 /usr/bin/python3,$(shell $(python) -c 'import cffi, numpy' 2>/dev/null && echo $(python))))
 PYTHON_RUN = CC="$(CC)" CFLAGS="$(CFLAGS) $(ALL_SETS)" PKTRT_CACHE=$(B)/python $(PYTHON) tests/python/test.py $(B)
 test-python:
-	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/scene.so && $(PYTHON_RUN); \
+	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/notebook $(B)/python/scene.so && $(PYTHON_RUN); \
 	  else echo "test-python: there is no python3 with cffi and numpy (make deps-extra), nothing is compared"; fi
 
 # The checksum of one picture, for .ci/checksums: PICTURE="poolhall wrt 64 48".
@@ -425,7 +473,7 @@ python-picture:
 	@if [ -n "$(PYTHON)" ]; then $(MAKE) -s $(B)/python/scene.so && $(PYTHON_RUN) --picture $(PICTURE); \
 	  else echo "python-picture: there is no python3 with cffi and numpy (make deps-extra)" >&2; fi
 
-$(B)/python/answers: tests/python/answers.c $(B)/all/pktrt.o | $(B)/python
+$(B)/python/answers $(B)/python/notebook: $(B)/python/%: tests/python/%.c tests/python/arrays.h $(B)/all/pktrt.o | $(B)/python
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(B)/python/scene.so: tests/python/scene.c $(EXAMPLE_HEADERS) pktrt.h | $(B)/python
@@ -902,7 +950,7 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs \
-  python3-cffi python3-numpy libopenmpi-dev openmpi-bin
+  python3-cffi python3-numpy python3-matplotlib python3-pip python3-setuptools python3-wheel libopenmpi-dev openmpi-bin
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

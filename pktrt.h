@@ -1,4 +1,4 @@
-/* pktrt.h - v0.19.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.20.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -217,9 +217,9 @@
      PKTRT_NO_GROUPS          No groups and masks of meshes and instances, no masks of queries.
      PKTRT_NO_REMOVAL         Meshes and instances stay, and are seen; what would remove or hide them is not declared.
                               Define it before the file's first #include, too.
-     PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface, pktrt_spawn_at and pktrt_get_mesh_info
-                              are not declared.
-                              Define it before the file's first #include, too.
+     PKTRT_NO_SURFACES        No texture coordinates, cutouts, blending, textures of thin sheets; pktrt_surface,
+                              pktrt_spawn_at and pktrt_get_mesh_info are not declared. Define it before the file's first
+                              #include, too.
      PKTRT_NO_POOLS           A mesh keeps each vertex that it is given, also those that no index names; all of its
                               triangles have one material.
      PKTRT_NO_CLOSEST         pktrt_closest_point and its kin are not declared. Define it before the file's first
@@ -602,7 +602,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1900              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 2000              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -1098,7 +1098,7 @@ typedef enum pktrt_feature {
   PKTRT_FEATURE_PAPER = 4,          /* the paper's path */
   PKTRT_FEATURE_RENDER = 8,         /* pictures, and all that follows */
   PKTRT_FEATURE_MIRROR = 16,        /* mirrors and varnish */
-  PKTRT_FEATURE_DIELECTRIC = 32,    /* glass */
+  PKTRT_FEATURE_DIELECTRIC = 32,    /* glass and thin sheets */
   PKTRT_FEATURE_CONDUCTOR = 64,     /* metal */
   PKTRT_FEATURE_GLOSS = 128,        /* Phong lobes */
   PKTRT_FEATURE_NORMALS = 256,      /* shading normals */
@@ -1109,7 +1109,7 @@ typedef enum pktrt_feature {
   PKTRT_FEATURE_INSTANCES = 8192,
   PKTRT_FEATURE_GROUPS = 16384,  /* groups and masks */
   PKTRT_FEATURE_REMOVAL = 32768, /* meshes that were removed or are hidden */
-  PKTRT_FEATURE_SURFACES = 65536 /* texture coordinates and cutouts */
+  PKTRT_FEATURE_SURFACES = 65536 /* texture coordinates, cutouts, what blends */
 } pktrt_feature;
 PKTRT_DEF const char *pktrt_feature_string(pktrt_feature); /* "motion", "stats", ...; of one bit; never NULL */
 
@@ -1261,6 +1261,10 @@ typedef enum pktrt_specular {
                                  corners appear counter-clockwise, of an instance those of its model, mirrored or not.
                                  albedo is not used. */
   PKTRT_SPECULAR_CONDUCTOR,  /* metal: Fresnel reflectance of the complex index ior + i extinction; albedo not used */
+  PKTRT_SPECULAR_THIN,       /* a pane, a film, one triangle thick, alike from both sides, open or closed, in air or in
+                                glass: both faces reflect 2 F / (1 + F) together; of the rest the share `transmission`
+                                goes straight on, times albedo, and what is left is scattered diffusely, times albedo.
+                                What coincides with it is hidden by it, or hides it. */
   PKTRT_SPECULAR_COUNT
 } pktrt_specular;
 
@@ -1281,7 +1285,9 @@ typedef struct pktrt_points {
   const float *texcoord[2];                /* interpolated; 0 where the mesh has none */
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
-  float *opacity; /* 1; where the texture of a cutout sets less than a half, there is nothing */
+  /* 1 - transparency; where the texture of a cutout sets less than a half, there is nothing. Of what blends: how likely
+     it is that there is something. */
+  float *opacity;
   /* `normal`, which a texture may replace by a vector of any length. Lights, mirrors and glass use the result; a shader
      gets it as `normal`. Nothing shines through from behind: a vector whose cosine to the normal of the triangle is
      below 1/64 is raised to that. Zero, NaN and infinity leave `normal` as it is. */
@@ -1295,7 +1301,7 @@ typedef struct pktrt_material { /* a zeroed one is black */
   float albedo[3];              /* linear RGB diffuse reflectance, each in [0,1] */
   pktrt_specular specular;
   float reflectance[3]; /* mirror; each in [0,1]. Elsewhere a factor on what is reflected if any is > 0 */
-  float ior[3];         /* coat and dielectric: ior[0], inside over outside; 0: 1.5. Conductor: by channel */
+  float ior[3];         /* coat, dielectric, thin: ior[0], inside over outside; 0: 1.5. Conductor: by channel */
   float extinction[3];  /* conductor, by channel, >= 0 */
   float absorption[3];  /* dielectric: inside, light falls by exp(-absorption * distance); >= 0 */
   pktrt_lobe lobe;
@@ -1311,6 +1317,12 @@ typedef struct pktrt_material { /* a zeroed one is black */
   void *user;  /* handed to both, from any thread */
   bool cutout; /* its texture may make points transparent: all rays of a picture go on there, shadow rays too. A texture
                   is called for each such point of a ray, and once more where the ray ends. Queries see all of a mesh. */
+  float transmission; /* thin: the share of what is not reflected that goes straight on, (0,1]; 0: 1 */
+  float transparency; /* blend, cutout: 1 - opacity, before a texture changes it; [0,1] */
+  /* Opacity is a probability, with a texture or without: each ray of a picture that crosses, shadow rays too, ends
+     there by chance or goes on as if there were nothing, so that means over samples are right. The choice depends on the
+     ray and the triangle alone. A PKTRT_LIGHT_MESH lights as if it were opaque. */
+  bool blend;
 } pktrt_material;
 /* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *, const pktrt_material *, uint32_t *material);
@@ -1412,8 +1424,9 @@ typedef enum pktrt_light_choice {
 
 typedef enum pktrt_glass_shadows {
   PKTRT_GLASS_SHADOWS_PASS = 0, /* shadow rays go straight on through glass and lose what Fresnel reflection and Beer
-                                   attenuation take; not bent, so no caustics. The 102nd surface of glass stops them */
-  PKTRT_GLASS_SHADOWS_BLOCK     /* glass is as opaque as anything (RCS: always) */
+                                   attenuation take; not bent, so no caustics. The 102nd surface of glass stops them.
+                                   Thin sheets take from them what they take from rays that go straight on */
+  PKTRT_GLASS_SHADOWS_BLOCK     /* glass and thin sheets are as opaque as anything (RCS: always) */
 } pktrt_glass_shadows;
 
 typedef enum pktrt_phong_mapping {
@@ -1530,7 +1543,7 @@ typedef struct pktrt_render_desc {
   /* Optional buffers, tight, row 0 at the top; NULL: none. Means over all passes' samples of what primary rays meet. */
   float *depth;  /* distance from where the rays start, of the samples that met something; INFINITY where none did */
   float *normal; /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
-  float *albedo; /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
+  float *albedo; /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS; thin: all of `albedo` */
   uint32_t *sample_count; /* samples that a pixel has had */
   /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size. On the
      fast path rays are traced, and counted, one by one where cost is asked for; with PKTRT_COUNT_FAST in packets of
@@ -1674,7 +1687,8 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
      the point in a direction, if it has an extent but is nothing that rays hit. Checks and reports follow
      from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do, FLAT if it has a front.
    - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then the weights of its
-     rays, in pktrt__material_weights8 (>>shade). Without these it reflects nothing.
+     rays, in pktrt__material_weights8 (>>shade) or, one by one, in pktrt__material_weights_rest (>>materials). Without
+     these it reflects nothing. What lets rays through stands in pktrt__surface_clear (>>waves).
    - A sampler: an enumerator of pktrt_sampler, a row of PKTRT__SAMPLER_ROWS and a prototype (>>kinds), and its function
      (>>samplers).
    - A feature that builds can leave out: an enumerator of pktrt_feature and a row of PKTRT__FEATURE_ROWS (>>platform),
@@ -6528,7 +6542,8 @@ PKTRT__INLINE uint32_t pktrt__sampler_run_index(uint32_t run, uint32_t sample, u
   ROW(MIRROR, PKTRT_FEATURE_MIRROR, false, true, true)          \
   ROW(COAT, PKTRT_FEATURE_MIRROR, false, true, false)           \
   ROW(DIELECTRIC, PKTRT_FEATURE_DIELECTRIC, true, false, false) \
-  ROW(CONDUCTOR, PKTRT_FEATURE_CONDUCTOR, true, true, false)
+  ROW(CONDUCTOR, PKTRT_FEATURE_CONDUCTOR, true, true, false)    \
+  ROW(THIN, PKTRT_FEATURE_DIELECTRIC, false, false, false)
 #define PKTRT__SPECULAR_ROW(id, feature, bare, lobes, takes) {feature, bare, lobes, takes},
 #define PKTRT__SPECULAR_PLACE(id, feature, bare, lobes, takes) PKTRT__SPECULAR_ROW_##id,
 #define PKTRT__SPECULAR_CHECK(id, feature, bare, lobes, takes) \
@@ -6814,19 +6829,30 @@ static uint32_t pktrt__mesh_material_at(const pktrt__mesh *m, uint32_t i) {
 /* What renders ask about materials besides the features that they need. */
 enum {
   PKTRT__MATERIAL_GLASS = 1 << 30, /* glass without a shader, which shadow rays may pass */
-  PKTRT__MATERIAL_EMITS = 1 << 29
+  PKTRT__MATERIAL_EMITS = 1 << 29,
+  PKTRT__MATERIAL_THIN = 1 << 28 /* likewise, a thin sheet */
 };
 static bool pktrt__material_is_glass(const pktrt_material *mat) {
   return mat->specular == PKTRT_SPECULAR_DIELECTRIC && !mat->shader;
 }
+static bool pktrt__material_is_thin(const pktrt_material *mat) {
+  return mat->specular == PKTRT_SPECULAR_THIN && !mat->shader;
+}
+/* Returns the share of light that goes straight on through a thin sheet of what it does not reflect. */
+static float pktrt__material_transmission(const pktrt_material *mat) {
+  return mat->transmission > 0 ? mat->transmission : 1;
+}
+/* Tells whether rays may find nothing where a triangle is. */
+static bool pktrt__material_has_gaps(const pktrt_material *mat) { return mat->cutout || mat->blend; }
 /* Returns the features that a material needs, of pktrt_feature, and the bits above. */
 PKTRT__NOINLINE uint32_t pktrt__material_traits(const pktrt_scene *s, uint32_t material) {
   const pktrt_material *mat = pktrt__material_of(s, material);
   uint32_t traits = pktrt__specular_rows[mat->specular].feature;
   if (mat->texture || mat->shader) traits |= PKTRT_FEATURE_TEXTURES;
-  if (mat->cutout) traits |= PKTRT_FEATURE_SURFACES;
+  if (pktrt__material_has_gaps(mat)) traits |= PKTRT_FEATURE_SURFACES;
   if (pktrt__material_has_lobe(mat)) traits |= PKTRT_FEATURE_GLOSS;
   if (pktrt__material_is_glass(mat)) traits |= PKTRT__MATERIAL_GLASS;
+  if (pktrt__material_is_thin(mat)) traits |= PKTRT__MATERIAL_THIN;
   if (mat->emission[0] > 0 || mat->emission[1] > 0 || mat->emission[2] > 0) traits |= PKTRT__MATERIAL_EMITS;
   return traits;
 }
@@ -6849,6 +6875,11 @@ static const double pktrt__math_cosine_terms[8] = {
     1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800, 1.0 / 40320, -1.0 / 720, 1.0 / 24, -0.5};
 #define PKTRT__DISK_LEAST 1e-30 /* less than any coordinate but 0 in pktrt__map_to_disk */
 
+/* Returns those of surfaces i to i + 7 that let rays through. */
+PKTRT__INLINE uint32_t pktrt__surface_clear(const pktrt__surfaces *s, uint32_t i) {
+  return s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] | s->kind[PKTRT_SPECULAR_THIN][i / 8];
+}
+
 static const pktrt__mesh *pktrt__mesh_source(const pktrt_scene *, uint32_t mesh);
 static void pktrt__surface_place(const pktrt_scene *, const pktrt__wave *, pktrt__surfaces *, uint32_t i);
 PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float time,
@@ -6856,7 +6887,7 @@ PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *, uint32_t mesh
 static void pktrt__mesh_corner_at(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                                   float out[3]);
 static void pktrt__material_weights_rest(const pktrt_scene *, const pktrt__glass_part *, const pktrt__wave *,
-                                         pktrt__surfaces *, uint32_t i, uint32_t metal, uint32_t glass);
+                                         pktrt__surfaces *, uint32_t i, uint32_t alone, uint32_t glass);
 static void pktrt__light_lobe_values(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes,
                                      float (*to)[8], const pktrt__light_samples *listed, float lobe[8]);
 static void pktrt__spawn_inherit(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
@@ -11664,10 +11695,11 @@ static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glas
     const uint32_t lanes = pktrt__lanes_first(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
     if (follow) {
       const uint32_t metal = PKTRT__CONDUCTOR ? s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit : 0;
+      const uint32_t thin = PKTRT__DIELECTRIC ? s->kind[PKTRT_SPECULAR_THIN][i / 8] & lit : 0;
       const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
       const uint32_t glass = PKTRT__DIELECTRIC ? lanes & (inside | ~veq_u32(w->medium + s->first + i, 0)) : 0;
       pktrt__material_weights8(s, i);
-      if (metal | glass) pktrt__material_weights_rest(scene, meshes, w, s, i, metal, glass);
+      if (metal | thin | glass) pktrt__material_weights_rest(scene, meshes, w, s, i, metal | thin, glass);
     }
     for (int a = 0; a < 3; a++) {
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
@@ -11985,7 +12017,7 @@ PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const
 static uint32_t pktrt__spawn_rays(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s,
                                   pktrt__wave *to, uint32_t n) {
   for (uint32_t i = 0; i < s->count; i += 8) {
-    const uint32_t glass = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8], none = s->kind[PKTRT_SPECULAR_NONE][i / 8];
+    const uint32_t glass = pktrt__surface_clear(s, i), none = s->kind[PKTRT_SPECULAR_NONE][i / 8];
     const uint32_t lanes =
         pktrt__lanes_first(s->count - i) & (g->refraction ? glass : ~none) & ~(uint32_t)s->shaded[i / 8];
     if (lanes) n = pktrt__spawn_rays8(g, w, s, i, lanes, to, n);
@@ -14250,16 +14282,19 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_specular", index, (int)m->specular);
   if ((int)m->lobe < 0 || m->lobe > PKTRT_LOBE_PHONG)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_lobe", index, (int)m->lobe);
-  const char *missing = !PKTRT__DIELECTRIC && m->specular == PKTRT_SPECULAR_DIELECTRIC ? "DIELECTRIC"
-                        : !PKTRT__CONDUCTOR && m->specular == PKTRT_SPECULAR_CONDUCTOR ? "CONDUCTOR"
-                        : !PKTRT__GLOSS && pktrt__material_has_lobe(m)                 ? "GLOSS"
-                        : !PKTRT__TEXTURES && (m->texture || m->shader)                ? "TEXTURES"
-                        : !PKTRT__SURFACES && m->cutout                                ? "SURFACES"
-                                                                                       : NULL;
+  const uint32_t needed = pktrt__specular_rows[m->specular].feature;
+  const bool thin = m->specular == PKTRT_SPECULAR_THIN;
+  const bool surfaces = pktrt__material_has_gaps(m) || (thin && m->texture);
+  const char *missing = !PKTRT__DIELECTRIC && needed == PKTRT_FEATURE_DIELECTRIC ? "DIELECTRIC"
+                        : !PKTRT__CONDUCTOR && needed == PKTRT_FEATURE_CONDUCTOR ? "CONDUCTOR"
+                        : !PKTRT__GLOSS && pktrt__material_has_lobe(m)           ? "GLOSS"
+                        : !PKTRT__TEXTURES && (m->texture || m->shader)          ? "TEXTURES"
+                        : !PKTRT__SURFACES && surfaces                           ? "SURFACES"
+                                                                                 : NULL;
   if (missing)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u asks for what this build leaves out by PKTRT_NO_%s",
                        index, missing);
-  if (m->cutout && !m->texture)
+  if (m->cutout && !m->blend && !m->texture)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u is a cutout, but has no texture to tell where", index);
   pktrt_status st = pktrt__check_range(s, whose, index, "albedo", m->albedo, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "reflectance", m->reflectance, 3, 0, 1);
@@ -14268,6 +14303,8 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
   if (!st) st = pktrt__check_range(s, whose, index, "absorption", m->absorption, 3, 0, FLT_MAX);
   if (!st) st = pktrt__check_range(s, whose, index, "exponent", &m->exponent, 1, 0, 1e9f);
   if (!st) st = pktrt__check_range(s, whose, index, "emission", m->emission, 3, 0, FLT_MAX);
+  if (!st) st = pktrt__check_range(s, whose, index, "transmission", &m->transmission, 1, 0, 1);
+  if (!st) st = pktrt__check_range(s, whose, index, "transparency", &m->transparency, 1, 0, 1);
   for (int a = 0; !st && a < 3 && pktrt__specular_rows[m->specular].takes; a++)
     if (m->albedo[a] + m->reflectance[a] > 1.00001f)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
@@ -14280,7 +14317,11 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
 PKTRT__COLD void pktrt__warn_of_material(const pktrt_scene *s, const pktrt_material *m, unsigned index) {
   const bool colours =
       pktrt__any_positive(m->albedo) || pktrt__any_positive(m->reflectance) || pktrt__any_positive(m->emission);
+  if (m->transparency > 0 && !pktrt__material_has_gaps(m))
+    pktrt__warn(s, "material %u is opaque: its transparency counts where `blend` is set", index);
   if (m->shader) return;
+  if (m->specular == PKTRT_SPECULAR_THIN && !m->texture && !pktrt__any_positive(m->albedo))
+    pktrt__warn(s, "material %u lets nothing through: a thin sheet lets through albedo, and that is 0", index);
   if (m->specular == PKTRT_SPECULAR_NONE && !m->texture && !colours)
     pktrt__warn(s, "material %u is black: its albedo is 0, and nothing else is set", index);
   if (m->specular == PKTRT_SPECULAR_MIRROR && !m->texture && !pktrt__any_positive(m->reflectance))
@@ -16390,7 +16431,7 @@ struct pktrt__render_state {
   uint32_t glass_part_count;      /* how many */
   bool starts_in_glass;           /* perhaps: the camera stands in the box of a mesh of glass */
   bool passes_glass;              /* shadow rays do */
-  bool cutouts;                   /* there are materials with transparent points */
+  bool cutouts;                   /* there are materials with gaps */
 };
 
 PKTRT__COLD bool pktrt__render_check_sizes(const pktrt_render_desc *d, pktrt__refusal *why) {
@@ -17867,8 +17908,8 @@ enum { PKTRT__GLASS_DEPTH = 7 };
 
 /* Tells whether shadow rays may pass what has these traits. */
 static bool pktrt__glass_is_passed(const pktrt__render_state *render, uint32_t traits) {
-  return (traits & (render->passes_glass ? PKTRT__MATERIAL_GLASS | (uint32_t)PKTRT_FEATURE_SURFACES
-                                         : (uint32_t)PKTRT_FEATURE_SURFACES)) != 0;
+  const uint32_t glass = PKTRT__MATERIAL_GLASS | PKTRT__MATERIAL_THIN, gaps = PKTRT_FEATURE_SURFACES;
+  return (traits & (render->passes_glass ? glass | gaps : gaps)) != 0;
 }
 
 static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
@@ -18564,7 +18605,7 @@ PKTRT__NOINLINE void pktrt__material_call_hooks(const pktrt_scene *scene, const 
     float at[2];
     pktrt__texcoord_at(scene, s->mesh[k + i], s->triangle[k + i], w->rays.as.hit.u[lane + i],
                        w->rays.as.hit.v[lane + i], at);
-    texcoord[0][i] = at[0], texcoord[1][i] = at[1], opacity[i] = 1;
+    texcoord[0][i] = at[0], texcoord[1][i] = at[1], opacity[i] = 1 - mat->transparency;
   }
   memset(exponent, 0, n * sizeof(float));
   for (uint32_t i = 0; mat->exponent > 0 && i < n; i++) exponent[i] = mat->exponent;
@@ -18634,11 +18675,32 @@ static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__s
         pktrt__fresnel_conductor(cosine, pktrt__material_ior(mat, a), mat->extinction[a]) * s->reflectance[a][k];
 }
 
-/* Adds to the weights of surfaces i to i + 7 what is not done by eights: metals' Fresnel terms and absorption. */
+/* Sets weights and ways of the rays of thin surface k, whose Fresnel reflectance r is that of one face. Light that went
+   back and forth between both faces adds up to a geometric series: r + (1 - r)^2 r (1 + r^2 + ...) = 2 r / (1 + r). */
+PKTRT__COLD void pktrt__material_weights_thin(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
+  const float straight = pktrt__material_transmission(pktrt__material_of(scene, s->material[k]));
+  const float reflectance = 2 * s->fresnel[k] / (1 + s->fresnel[k]);
+
+  s->fresnel[k] = reflectance;
+  for (int a = 0; a < 3; a++) {
+    const float passed = (1 - reflectance) * s->albedo[a][k];
+    s->reflected[a][k] = reflectance * s->reflectance[a][k];
+    s->transmitted[a][k] = passed * straight;
+    s->albedo[a][k] = passed * (1 - straight);
+    s->refracted[a][k] = s->d[a][k];
+  }
+}
+
+/* Adds to the weights of surfaces i to i + 7 what is not done by eights: metal and thin sheets, those in `alone`, and
+   absorption. */
 static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__glass_part *meshes,
-                                         const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t metal,
+                                         const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t alone,
                                          uint32_t glass) {
-  for (; metal; metal &= metal - 1) pktrt__material_weights_conductor(scene, s, i + pktrt__lowest_bit(metal));
+  for (; alone; alone &= alone - 1) {
+    const uint32_t k = i + pktrt__lowest_bit(alone);
+    if (pktrt__bit_of(s->kind[PKTRT_SPECULAR_THIN], k)) pktrt__material_weights_thin(scene, s, k);
+    else pktrt__material_weights_conductor(scene, s, k);
+  }
   for (; glass; glass &= glass - 1) pktrt__surface_absorb(scene, meshes, w, s, i + pktrt__lowest_bit(glass));
 }
 
@@ -18711,16 +18773,18 @@ static const pktrt_material *pktrt__hit_material(const pktrt_scene *s, const pkt
   return pktrt__material_of(s, pktrt__mesh_material(&s->meshes[hit->mesh], hit->triangle));
 }
 
-/* Tells whether a hit of a cutout is at a transparent point. */
-static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
+/* Returns the opacity of the point of a hit, and its albedo. */
+PKTRT__COLD float pktrt__hit_look(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, float albedo[3]) {
+  const pktrt_material *mat = pktrt__hit_material(s, hit);
+  float opacity = 1 - mat->transparency;
+  memcpy(albedo, mat->albedo, sizeof mat->albedo);
 #ifdef PKTRT_NO_SURFACES
-  (void)s, (void)ray, (void)hit;
-  return false;
+  (void)ray;
 #else
+  if (!mat->texture) return opacity;
   pktrt_surface_info x;
   double d[3] = {(double)ray->direction[0], (double)ray->direction[1], (double)ray->direction[2]};
-  float unit[3], value[4][3], opacity = 1, exponent;
-  const pktrt_material *mat = pktrt__hit_material(s, hit);
+  float unit[3], value[3][3], exponent;
   pktrt_points p;
   (void)pktrt__normalise(d);
   pktrt__do_surface(s, ray, hit, &x);
@@ -18728,20 +18792,43 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
   p.exponent = &exponent;
   exponent = mat->exponent;
   for (int a = 0; a < 3; a++) {
-    unit[a] = (float)d[a], value[0][a] = mat->albedo[a], value[1][a] = mat->reflectance[a];
-    value[2][a] = mat->emission[a];
-    value[3][a] = x.shading_normal[a];
-    p.normal_out[a] = &value[3][a];
+    unit[a] = (float)d[a], value[0][a] = mat->reflectance[a], value[1][a] = mat->emission[a];
+    value[2][a] = x.shading_normal[a];
+    p.normal_out[a] = &value[2][a];
     p.position[a] = &x.position[a], p.direction[a] = &unit[a], p.normal[a] = &x.shading_normal[a];
-    p.albedo[a] = &value[0][a], p.reflectance[a] = &value[1][a], p.emission[a] = &value[2][a];
+    p.albedo[a] = &albedo[a], p.reflectance[a] = &value[0][a], p.emission[a] = &value[1][a];
   }
   p.barycentric[0] = &hit->u, p.barycentric[1] = &hit->v;
   p.texcoord[0] = &x.texcoord[0], p.texcoord[1] = &x.texcoord[1];
   mat->texture(mat->user, &p);
-  return opacity < 0.5f;
 #endif
+  return opacity;
 }
-/* Lets rays of a batch that hit transparent points of cutouts go on. */
+
+/* Returns a number in [0,1) for a ray and a triangle that it hits, the same for the same bits. */
+static float pktrt__blend_chance(const pktrt_ray *ray, const pktrt_hit *hit) {
+  const float *const o = ray->origin, *const d = ray->direction;
+  const float value[8] = {o[0], o[1], o[2], d[0], d[1], d[2], ray->time, 0};
+  uint64_t hash = pktrt__hash((uint64_t)hit->mesh << 32 | hit->triangle);
+
+  for (int i = 0; i < 8; i += 2) {
+    const float pair[2] = {value[i] + 0, value[i + 1] + 0}; /* zeros are positive */
+    uint32_t bits[2];
+    memcpy(bits, pair, sizeof bits);
+    hash = pktrt__hash(hash + ((uint64_t)bits[0] << 32 | bits[1]));
+  }
+  return pktrt__sampler_unit((uint32_t)(hash >> 32));
+}
+
+/* Tells whether there is nothing at a hit of what has gaps. */
+static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
+  float albedo[3];
+  const float opacity = pktrt__hit_look(s, ray, hit, albedo);
+
+  if (pktrt__hit_material(s, hit)->blend) return pktrt__blend_chance(ray, hit) >= opacity;
+  return opacity < 0.5f;
+}
+/* Lets rays of a batch that hit what is not there go on. */
 PKTRT__COLD void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, uint32_t n) {
   uint32_t hint[2] = {0, 0};
   for (uint32_t i = 0; i < n; i++) {
@@ -18750,14 +18837,15 @@ PKTRT__COLD void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, uint3
     uint32_t where[3] = {b->slot[i], b->bvh[i], b->place[i]};
     if (where[0] == PKTRT_NONE) continue;
     pktrt__mesh_name_triangle(s, b->id[i], b->place + i, hint, &hit.mesh, &hit.triangle);
-    if (!pktrt__hit_material(s, &hit)->cutout) continue;
+    if (!pktrt__material_has_gaps(pktrt__hit_material(s, &hit))) continue;
     for (int a = 0; a < 3; a++) {
       ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i];
       hit.normal[a] = b->as.hit.normal[a][i];
     }
     ray.tmin = b->tmin[i], ray.tmax = b->tmax[i], ray.time = b->time[i];
     hit.t = b->t[i], hit.u = b->as.hit.u[i], hit.v = b->as.hit.v[i];
-    while (where[0] != PKTRT_NONE && pktrt__hit_material(s, &hit)->cutout && pktrt__cutout_is_clear(s, &ray, &hit))
+    while (where[0] != PKTRT_NONE && pktrt__material_has_gaps(pktrt__hit_material(s, &hit)) &&
+           pktrt__cutout_is_clear(s, &ray, &hit))
       if (!pktrt__crossing_next(s, &ray, &hit, &hit, where)) where[0] = PKTRT_NONE;
     for (int a = 0; a < 3; a++) b->as.hit.normal[a][i] = hit.normal[a];
     b->t[i] = hit.t, b->as.hit.u[i] = hit.u, b->as.hit.v[i] = hit.v;
@@ -18820,7 +18908,7 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
 /* Lets shadow ray i of tile->glass_batch, a piece of pending ray k, through the glass that it met: it loses what the
    surface reflects and the glass absorbs, and goes on along the same line as ray j, which ends where the pending ray
-   does. Anything but glass stops it. */
+   does. Anything but glass and thin sheets stops it. */
 static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t k, uint32_t j,
                                                     uint32_t hint[2], uint32_t *media, float seen[3]) {
   const pktrt_scene *scene = tile->render->scene;
@@ -18829,8 +18917,9 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
                  triangle = b->id[i] - scene->meshes[mesh].first_id;
   const uint32_t material = pktrt__mesh_material(&scene->meshes[mesh], triangle);
   const pktrt_material *mat = pktrt__material_of(scene, material);
-  if (!tile->render->passes_glass || !pktrt__material_is_glass(mat)) return PKTRT__STOPPED;
-  float origin[3], before[3];
+  const bool thin = pktrt__material_is_thin(mat);
+  if (!tile->render->passes_glass || !(thin || pktrt__material_is_glass(mat))) return PKTRT__STOPPED;
+  float origin[3], before[3], tint[3] = {1, 1, 1};
   pktrt_ray ray;
   pktrt_hit hit;
   pktrt__spawn_point x;
@@ -18847,16 +18936,18 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
-  const float clear = 1 - pktrt__fresnel_dielectric(cosine, pktrt__material_ior(mat, 0));
+  const float fresnel = pktrt__fresnel_dielectric(cosine, pktrt__material_ior(mat, 0));
+  const float passed = thin ? (1 - fresnel) / (1 + fresnel) * pktrt__material_transmission(mat) : 1 - fresnel;
   const pktrt__glass_part *glass = tile->render->glass_parts;
-  const uint32_t part = pktrt__glass_part_of(scene, glass, mesh, material);
-  if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(&glass[part]));
+  const uint32_t part = thin ? 0 : pktrt__glass_part_of(scene, glass, mesh, material);
+  if (thin) (void)pktrt__hit_look(scene, &ray, &hit, tint);
+  else if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(&glass[part]));
   for (int a = 0; a < 3; a++) {
-    seen[a] *= clear;
+    seen[a] *= passed * tint[a];
     seen[a] *= pktrt__media_transmittance(scene, *media, a, (double)b->t[i] * sqrt(d2));
   }
   pktrt__spawn_origin(&x, along > 0 ? 1 : -1, origin), pktrt__spawn_origin(&x, along > 0 ? -1 : 1, before);
-  *media = pktrt__media_pass_surface(scene, glass, *media, part, along > 0, before, origin, b->time[i]);
+  if (!thin) *media = pktrt__media_pass_surface(scene, glass, *media, part, along > 0, before, origin, b->time[i]);
   const pktrt__batch *whole = &tile->queue.batch;
   const bool finite = b->tmax[i] < INFINITY;
   double left = 0, all = 0;
@@ -19511,7 +19602,7 @@ static void pktrt__spawn_scatter(pktrt__tile *tile, const pktrt__wave *w, uint32
   }
   for (uint32_t i = 0; i < s->count; i += 8) {
     uint32_t lobes = gloss ? s->lobed[i / 8] : 0;
-    uint32_t glass = PKTRT__DIELECTRIC && tile->render->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
+    uint32_t glass = PKTRT__DIELECTRIC && tile->render->choose ? pktrt__surface_clear(s, i) : 0;
     if ((lobes | glass) && i >= drawn) {
       drawn = i - i % PKTRT__DRAWN;
       pktrt__tile_draw(tile, drawn, 0, 2), drawn += PKTRT__DRAWN;
@@ -19660,7 +19751,7 @@ static bool pktrt__media_any(const pktrt__wave *w, const pktrt__surfaces *s) {
 }
 static uint32_t pktrt__surface_count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
-  for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]);
+  for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(pktrt__surface_clear(s, i));
   return n;
 }
 
@@ -20467,7 +20558,8 @@ PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   for (uint32_t i = 0; !lit && i < s->committed_meshes; i++)
     for (uint32_t k = 0; s->meshes[i].triangle_count && k < pktrt__mesh_material_count(&s->meshes[i]); k++) {
       const pktrt_material *mat = pktrt__material_of(s, pktrt__mesh_material_at(&s->meshes[i], k));
-      const bool shows = render->follow && mat->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(mat->albedo);
+      const bool shows = render->follow && mat->specular != PKTRT_SPECULAR_NONE &&
+                         (mat->specular == PKTRT_SPECULAR_THIN || !pktrt__any_positive(mat->albedo));
       if (mat->shader || pktrt__any_positive(mat->emission) || shows) continue;
       dark = dark || mat->texture || pktrt__any_positive(mat->albedo);
     }
@@ -20617,7 +20709,6 @@ PKTRT__COLD void pktrt__warn_place_probe(const pktrt_scene *s, uint32_t mesh, ui
   probe->mesh[i] = mesh;
   probe->triangle[i] = triangle;
   probe->time[i] = time;
-  probe->opacity[i] = 1;
 }
 
 /* Returns a triangle of a material at or soon after `first`, else `other`. */
@@ -20667,6 +20758,7 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, ui
     for (int a = 0; a < 9; a++) probe->changed[a][i] = given[a / 3][a % 3];
     for (int a = 0; a < 3; a++) probe->changed[9 + a][i] = probe->normal[a][i];
     probe->changed[12][i] = material->exponent;
+    probe->opacity[i] = 1 - material->transparency;
   }
   material->texture(material->user, &p);
 }
@@ -21311,6 +21403,16 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.20.0   What to change: pktrt_material has three new fields at its end: zero it, as ever.
+              New:
+                - PKTRT_SPECULAR_THIN: panes, films and stained glass, one layer of triangles thick, which let light
+                  straight on, tinted by albedo; shadow rays pass them.
+                - `blend` and `transparency` of materials: opacity as a chance for each ray.
+                - Where rays meet far more radiance than the table of an environment knows of, a report is unreliable,
+                  and the log hook is told.
+                - PKTRT_NO_POOLS leaves out triangle_materials and what finds the vertices that indices name.
+              Around it: files keep their materials, textures, lights and cameras (`render --mesh`, the viewer and the
+              web page); `make model`; all of this header in Python, by pip too.
      0.19.0   What to change:
                 - Normals of hits are of unit length (their largest component was 1): a program that normalised them may
                   leave that out; one that asked for a component of 1 asks for the largest.

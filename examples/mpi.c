@@ -139,8 +139,9 @@ static bool hash_file(const char *path, uint64_t *sum) {
 static bool settings_key(const mpi_options *m, uint64_t *key) {
   const options *o = &m->of;
   char text[1024];
-  uint64_t mesh = 14695981039346656037u;
+  uint64_t mesh = 14695981039346656037u, sky = mesh;
   if (o->mesh && !hash_file(o->mesh, &mesh)) return false;
+  if (o->environment && !hash_file(o->environment, &sky)) return false;
   int n =
       snprintf(text, sizeof text, "%d %s %llx %u %u %u %u %d %u %u %u %d %u %d %d %d %d %d %g %g %g %g %g %u %u %g %d",
                PKTRT_VERSION, o->scene ? o->scene : "", (unsigned long long)mesh, o->up_z, o->instances, o->width,
@@ -149,7 +150,7 @@ static bool settings_key(const mpi_options *m, uint64_t *key) {
                o->depth, o->frames, o->target_error, o->measure);
   for (int i = 0; i < 6; i++)
     n += snprintf(text + n, sizeof text - (size_t)n, " %d %a", o->has_camera, (double)o->camera[i]);
-  n += snprintf(text + n, sizeof text - (size_t)n, " %d", o->has_frame);
+  n += snprintf(text + n, sizeof text - (size_t)n, " %d %llx", o->has_frame, (unsigned long long)sky);
   *key = 14695981039346656037u;
   for (int i = 0; i < n; i++) *key = (*key ^ (unsigned char)text[i]) * 1099511628211u;
   return true;
@@ -184,6 +185,7 @@ static bool worker_load(worker *w, uint32_t frame) {
   desc.isa = j->given.isa, desc.parallel_for = ex_parallel_for, desc.user = &w->threads;
   pktrt_scene_destroy(j->world);
   scene_free(&j->built_in);
+  mesh_file_close(&j->file);
   w->frame = NOWHERE, j->given.frame = frame;
   j->world = pktrt_scene_create(&desc);
   if (!j->world) return ex_fail("%s", pktrt_last_error(NULL));
@@ -803,7 +805,13 @@ static bool load_run(void *user) {
   r->own.threads.count = r->given.of.threads;
   if (!r->own.message) r->own.message = (double *)malloc(message_room(&r->given.of) * sizeof(double));
   if (!r->own.message) return ex_fail("not enough memory for a tile");
-  return settings_key(&r->given, &r->key) && worker_load(&r->own, r->given.first);
+  if (!settings_key(&r->given, &r->key) || !worker_load(&r->own, r->given.first)) return false;
+  const options *chosen = &r->own.of.given; /* by what a mesh file has */
+  r->given.of.mode = chosen->mode;
+  r->given.of.samples = chosen->samples;
+  r->given.of.passes = chosen->passes;
+  r->given.of.measure = chosen->measure;
+  return true;
 }
 
 static bool compare_run(void *user) {
@@ -827,7 +835,7 @@ static bool open_desk(void *user) {
   memset(&desc, 0, sizeof desc);
   d->empty = pktrt_scene_create(&desc);
   d->ranks = (rank_state *)calloc((size_t)r->count, sizeof *d->ranks);
-  d->shown.given = r->given.of, d->shown.view = r->own.of.view;
+  d->shown.given = r->given.of, d->shown.view = r->own.of.view, d->shown.own_light = r->own.of.own_light;
   d->shown.view.pixels = (float *)calloc(pixels * 3, sizeof(float));
   d->shown.view.report = &d->shown.report;
   if (!d->open || !d->empty || !d->ranks || !d->shown.view.pixels)
@@ -919,6 +927,7 @@ static void free_run(run *r) {
   pktrt_scene_destroy(r->at.empty);
   pktrt_scene_destroy(r->own.of.world);
   scene_free(&r->own.of.built_in);
+  mesh_file_close(&r->own.of.file);
   free(r->at.shown.view.pixels);
   free(r->at.ranks);
   free(r->at.words);

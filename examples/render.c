@@ -1,5 +1,7 @@
-/* Renders a scene or a mesh file: the command line of pktrt.h. `render --help` says what it takes. Everything that
-   arrives from outside, arguments and files, is checked before it is used; what is wrong is said in one line. */
+/* Renders a scene or a mesh file: the command line of pktrt.h. `render --help` says what it takes. A file is seen
+   with its materials and textures (material_file.h says how they are mapped), under its lights and by its camera if
+   it has any. Everything that arrives from outside, arguments and files, is checked before it is used; what is
+   wrong is said in one line. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION
@@ -7,7 +9,9 @@
 
 #include "filter.h"
 #include "heat.h"
+#include "image.h"
 #include "mesh_file.h"
+#include "mesh_view.h"
 #include "output.h"
 #include "scenes.h"
 #include "words.h"
@@ -15,21 +19,31 @@
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
-enum { MAX_FRAMES = 1000000, MAX_INSTANCES = 1000000, DRT_SAMPLES = 64, WHITTED_SAMPLES = 4, PASS_SAMPLES = 8 };
+enum {
+  MANY_LIGHTS = 16,
+  MAX_FRAMES = 1000000,
+  MAX_INSTANCES = 1000000,
+  DRT_SAMPLES = 64,
+  WHITTED_SAMPLES = 4,
+  PASS_SAMPLES = 8
+};
 
 typedef struct options {
-  const char *scene, *mesh, *output, *buffers, *error_map;
+  const char *scene, *mesh, *environment, *output, *buffers, *error_map;
   unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
-  unsigned instances;                                                  /* 0: the scene itself */
-  unsigned passes;                                                     /* 0: as many as it takes */
-  int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
-  int normals, shadows, phong, tone;                                   /* the same */
-  int measure, heat;                                                   /* such values; -1: not given */
+  unsigned instances;                                          /* 0: the scene itself */
+  unsigned passes;                                             /* 0: as many as it takes */
+  int mode, path, sampler, assembly, branching, glass_shadows; /* values of the library's enumerations */
+  int normals, shadows, phong, tone;                           /* the same */
+  int measure, heat, lights;                                   /* such values; -1: not given */
+  unsigned said_samples, said_passes;                          /* before others are chosen */
+  int said_measure;
   pktrt_isa isa;
-  bool up_z, has_camera, has_frame, progress, count, adaptive, explain, filter;
+  bool up_z, has_camera, has_frame, has_mode, progress, count, adaptive, explain, filter;
   float camera[6];                             /* eye, target */
   double aperture, focus, shutter, light_size; /* negative: not given */
-  double attenuation, exposure;                /* attenuation negative: off; 0: the library's own */
+  double attenuation;                          /* negative: off; 0: the library's own */
+  double exposure;                             /* 0: by the picture; negative: not given */
   double target_error, time;                   /* 0: not given */
 } options;
 
@@ -46,7 +60,7 @@ static const char *const measure_names[] = {"rmse", "relative", NULL};
 
 static void print_help_picture(void) {
   printf("\nthe picture:\n"
-         "  --mode MODE      rcs: ray casting with shadows (default)\n"
+         "  --mode MODE      rcs: ray casting with shadows (default, but for mesh files that reflect or shine)\n"
          "                   wrt: Whitted's, with mirrors and glass\n"
          "                   drt: distribution ray tracing, with lens, shutter, area lights and gloss\n"
          "  --size WxH       in pixels (default 1024x1024)\n"
@@ -62,7 +76,8 @@ static void print_help_picture(void) {
       PKTRT_MAX_DEPTH, PKTRT_MAX_DEPTH);
   print_words("", branching_names);
   printf(
-      "  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all);\n"
+      "  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all,\n"
+      "                   or from 17 lights of a mesh file on one-everywhere);\n"
       "                   one-everywhere: one where it ends, too, as for the 1,000 of --scene lamps\n"
       "  --glass-shadows pass|block\n"
       "                   whether light passes glass (default pass; rcs: block)\n"
@@ -70,7 +85,9 @@ static void print_help_picture(void) {
       "                   interpolated where the mesh has normals (default), or of the triangle everywhere\n"
       "  --phong careful|naive\n"
       "                   drt: how directions of glossy reflections are drawn (default careful; naive to compare)\n"
-      "  --exposure E     factor on the picture as it is written (default 1)\n"
+      "  --exposure E     factor on the picture as it is written, or auto: nine tenths of it stay below 0.8 (default: "
+      "1,\n"
+      "                   of a mesh file with lights auto)\n"
       "  --tone NAME      of a .png: clamp (default), or curve, which keeps what is brighter than white\n"
       "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written. A device or\n"
       "                   a pipe of any other name gets a .png\n"
@@ -132,11 +149,18 @@ static void print_help(void) {
          "  --shutter S      part of the loop that the shutter stays open, 0 to 1 (default: drt one frame, else 0)\n"
          "  --light-size F   quads, spheres and lamp meshes F times as wide about their middles, power unchanged\n"
          "  --mesh FILE      a mesh: .tri%s\n"
+         "                   Materials, textures, normals, lights, the first camera and instances are the file's; what "
+         "is\n"
+         "                   not used of it is said in one line. Files that reflect or shine are made in drt\n"
          "  --up y|z         what is up in a mesh file (default y)\n"
+         "  --environment FILE\n"
+         "                   a picture of all directions, twice as wide as high, lights what is seen: .hdr, or .png, "
+         ".jpg,\n"
+         "                   .bmp, .tga; in place of the light that a mesh else gets, beside a scene's own\n"
          "  --instances N    the mesh or scene as a model, built once and shown N times, 1 to %d, in a square\n"
          "                   field; a scene is then without its own lights and camera, seen and lit as a mesh is\n"
          "  --camera EX,EY,EZ,TX,TY,TZ\n"
-         "                   eye and target (default: the scene's, or one that frames the mesh)\n"
+         "                   eye and target (default: the scene's or file's, or one that frames the mesh)\n"
          "  --aperture D     diameter of the lens (default: the scene's; seen in drt)\n"
          "  --focus D        distance of what is sharp (default: the scene's, else that of the target)\n",
 #ifdef HAVE_ASSIMP
@@ -203,6 +227,12 @@ static bool parse_up(const char *text, bool *up_z) {
   return true;
 }
 
+static bool parse_exposure(const char *text, double *exposure) {
+  if (strcmp(text, "auto") != 0) return ex_parse_real("exposure", text, 1e-6, 1e6, exposure);
+  *exposure = 0;
+  return true;
+}
+
 /* To the library 0 means its default and a negative value off; here 0 is off, too, for it cuts nothing. */
 static bool parse_attenuation(const char *text, double *attenuation) {
   if (!strcmp(text, "off")) *attenuation = 0;
@@ -213,7 +243,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 
 /* clang-format off */
 enum option_name {
-  OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
+  OPT_SCENE = 256, OPT_MESH, OPT_ENVIRONMENT, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
   OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
   OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_TONE, OPT_HEAT, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_FILTER, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
@@ -223,6 +253,7 @@ enum option_name {
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
                                             {"mesh", required_argument, NULL, OPT_MESH},
+                                            {"environment", required_argument, NULL, OPT_ENVIRONMENT},
                                             {"instances", required_argument, NULL, OPT_INSTANCES},
                                             {"camera", required_argument, NULL, OPT_CAMERA},
                                             {"up", required_argument, NULL, OPT_UP},
@@ -272,6 +303,7 @@ static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
   case OPT_SCENE: return parse_scene(text, &o->scene);
   case OPT_MESH: o->mesh = text; return true;
+  case OPT_ENVIRONMENT: o->environment = text; return true;
   case OPT_INSTANCES: return ex_parse_uint("instances", text, 1, MAX_INSTANCES, &o->instances);
   case OPT_CAMERA: o->has_camera = true; return parse_camera(text, o->camera);
   case OPT_UP: return parse_up(text, &o->up_z);
@@ -281,7 +313,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_LIGHT_SIZE: return ex_parse_real("light-size", text, 0.001, 1000, &o->light_size);
   case OPT_APERTURE: return ex_parse_real("aperture", text, 0, 1e6, &o->aperture);
   case OPT_FOCUS: return ex_parse_real("focus", text, 1e-6, 1e6, &o->focus);
-  case OPT_MODE: return ex_parse_word("mode", text, mode_words, &o->mode);
+  case OPT_MODE: o->has_mode = true; return ex_parse_word("mode", text, mode_words, &o->mode);
   case OPT_SIZE: return ex_parse_size(text, &o->width, &o->height);
   case OPT_SPP: return ex_parse_uint("spp", text, 1, 65536, &o->samples);
   case OPT_SAMPLER: return ex_parse_word("sampler", text, sampler_words(), &o->sampler);
@@ -294,7 +326,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_NORMALS: return ex_parse_word("normals", text, normal_names, &o->normals);
   case OPT_SHADOWS: return ex_parse_word("shadows", text, shadow_names, &o->shadows);
   case OPT_PHONG: return ex_parse_word("phong", text, phong_names, &o->phong);
-  case OPT_EXPOSURE: return ex_parse_real("exposure", text, 1e-6, 1e6, &o->exposure);
+  case OPT_EXPOSURE: return parse_exposure(text, &o->exposure);
   case OPT_TONE: return ex_parse_word("tone", text, tone_names, &o->tone);
   case OPT_HEAT: return ex_parse_word("heat", text, heat_words, &o->heat);
   case OPT_BUFFERS: o->buffers = text; return true;
@@ -361,6 +393,7 @@ static bool complete_options(options *o) {
   if (!o->scene && !o->mesh) o->scene = scene_names()[0];
   if (o->scene) o->up_z = false;
   if (o->shutter < 0) o->shutter = o->mode == PKTRT_MODE_DRT && !o->mesh ? 1.0 / o->frames : 0;
+  o->said_samples = o->samples, o->said_passes = o->passes, o->said_measure = o->measure;
   return complete_passes(o);
 }
 
@@ -374,8 +407,8 @@ static void default_options(options *o) {
   o->threads = ex_processors();
   o->progress = o->count = true;
   o->aperture = o->focus = o->shutter = o->light_size = -1;
-  o->exposure = 1;
-  o->measure = o->heat = -1;
+  o->exposure = -1;
+  o->measure = o->heat = o->lights = -1;
 }
 
 static bool parse_options(options *o, int argc, char **argv) {
@@ -394,125 +427,18 @@ static bool parse_options(options *o, int argc, char **argv) {
 
 /* >>views ---------------------------------------------------------------------------------------------------------- */
 
-/* How far floats about x are apart. */
-static double spacing(double x) {
-  int exponent = 0;
-  frexp(x, &exponent);
-  return ldexp(1, (x > 0 && exponent > -125 ? exponent : -125) - 24);
-}
-
 /* What the pictures are of. */
 static const char *seen_name(const options *o) { return o->mesh ? o->mesh : o->scene; }
 
-/* Where one looks from: the front, a little right and above, upon a field more from above. */
-static const double *eye_direction(const options *o) {
-  static const double from[2][2][3] = {{{0.45, 0.35, 0.82}, {0.45, -0.82, 0.35}}, /* y up, z up */
-                                       {{0.35, 0.6, 0.72}, {0.35, -0.72, 0.6}}};
-  return from[o->instances > 0][o->up_z];
-}
+/* >>environment ---------------------------------------------------------------------------------------------------- */
 
-/* From the other side where the eye would lie beyond the largest coordinate. False: there, too. */
-static bool place_eye(const double center[3], double distance, const double from[3], pktrt_camera *camera) {
-  const double most = (double)PKTRT_MAX_COORD;
-  for (int a = 0; a < 3; a++) {
-    double eye = center[a] + distance * from[a];
-    if (fabs(eye) > most) eye = center[a] - distance * from[a];
-    if (fabs(eye) > most) return false;
-    camera->eye[a] = (float)eye;
-    camera->target[a] = (float)center[a];
-  }
-  return true;
-}
+/* The picture of --environment, which is read once, and how it is looked at. */
+static image sky_picture;
+static image_environment_user sky_seen = {&sky_picture, 0, 1, false};
 
-/* The tangent of half the angle in which a sphere is seen from the eye, the target in the middle. */
-static double tangent_of_sphere(const pktrt_camera *camera, const double center[3], double radius) {
-  double distance2 = 0, aside2 = 0;
-  for (int a = 0; a < 3; a++) {
-    const double to = (double)camera->target[a] - (double)camera->eye[a], aside = center[a] - (double)camera->target[a];
-    distance2 += to * to;
-    aside2 += aside * aside;
-  }
-  radius += sqrt(aside2);
-  return radius / sqrt(distance2 - radius * radius);
-}
-
-/* How far the eye must be from the middle of a box to see all its corners, `tangent` of half the angle up and down. */
-static double distance_of_box(const double half[3], const double from[3], bool up_z, double tangent, double aspect) {
-  const int up = up_z ? 2 : 1, x = 0, z = up_z ? 1 : 2;
-  const double level = sqrt(from[x] * from[x] + from[z] * from[z]), turn = up_z ? -1 : 1;
-  double distance = 0;
-  for (int corner = 0; corner < 8; corner++) {
-    double p[3];
-    for (int a = 0; a < 3; a++) p[a] = corner >> a & 1 ? half[a] : -half[a];
-    const double towards = p[0] * from[0] + p[1] * from[1] + p[2] * from[2];
-    const double across = turn * (p[x] * from[z] - p[z] * from[x]) / level,
-                 above = (p[up] - towards * from[up]) / level;
-    distance = fmax(distance, towards + fmax(fabs(across) / aspect, fabs(above)) / tangent);
-  }
-  return 1.03 * distance;
-}
-
-/* A camera that sees the whole bounding sphere, or all corners of a field's box. In double, whose range holds squares of
-   any coordinate that the library takes. Where floats are too coarse to place an eye near the mesh, it is farther away
-   and its angle smaller. */
-static bool frame_bounds(const pktrt_scene_info *info, const options *o, pktrt_camera *camera) {
-  const double degrees = 57.29577951308232, aspect = (double)o->width / o->height, narrow = aspect < 1 ? aspect : 1;
-  const double *from = eye_direction(o);
-  double center[3], half[3], radius = 0, largest = 0;
-  for (int a = 0; a < 3; a++) {
-    double lo = (double)info->bounds_lo[a], hi = (double)info->bounds_hi[a];
-    center[a] = 0.5 * (lo + hi);
-    half[a] = 0.5 * (hi - lo);
-    radius += 0.25 * (hi - lo) * (hi - lo);
-    largest = fmax(largest, fmax(fabs(lo), fabs(hi)));
-  }
-  radius = sqrt(radius);
-  /* sin(20 degrees) = 0.342; a picture higher than wide sees less across: there tan shrinks with the aspect */
-  const double tangent = 0.364 * narrow, least = 64 * spacing(largest);
-  const double distance = o->instances > 0 ? distance_of_box(half, from, o->up_z, 0.364, aspect)
-                                           : radius * sqrt(1 + tangent * tangent) / tangent;
-  if (!place_eye(center, fmax(distance, least), from, camera))
-    return ex_fail("%s: a camera that sees all of it would lie beyond 2^100, the largest coordinate; see --camera",
-                   seen_name(o));
-  if (distance < least) camera->fov_y = (float)(2 * degrees * atan(tangent_of_sphere(camera, center, radius) / narrow));
-  return true;
-}
-
-static bool add_light(pktrt_scene *world, const pktrt_light *light) {
-  return pktrt_add_light(world, light, NULL) == PKTRT_OK || ex_fail("%s", pktrt_last_error(world));
-}
-
-/* Light for a mesh that brings none: a key light like a sun from above, behind the camera's left shoulder, and a
-   weaker point light beside the camera, which also lights interiors. Where no float can hold its intensity, because the
-   mesh is tiny or huge, another sun takes its place. */
-static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera *camera) {
-  double to[3], length = 0, side[3];
-  for (int a = 0; a < 3; a++) {
-    to[a] = (double)camera->target[a] - (double)camera->eye[a];
-    length += to[a] * to[a];
-  }
-  length = sqrt(length);
-  const int up = o->up_z ? 2 : 1, x = 0, z = o->up_z ? 1 : 2;
-  side[up] = 0; /* horizontal, to the camera's right: view x up, whose sign turns with what is up */
-  side[x] = (o->up_z ? to[z] : -to[z]) / length;
-  side[z] = (o->up_z ? -to[x] : to[x]) / length;
-  pktrt_light key, fill;
-  memset(&key, 0, sizeof key);
-  memset(&fill, 0, sizeof fill);
-  key.kind = PKTRT_LIGHT_DIRECTIONAL;
-  const double strength = 0.6 * length * length;
-  const bool near = strength >= 1e-36 && strength <= 1e36;
-  fill.kind = near ? PKTRT_LIGHT_POINT : PKTRT_LIGHT_DIRECTIONAL;
-  for (int a = 0; a < 3; a++) {
-    const double above = a == up ? 1 : 0;
-    key.direction[a] = (float)(to[a] / length + 0.7 * side[a] - 1.1 * above);
-    key.intensity[a] = 2.0f;
-    const double beside = 0.25 * side[a] + 0.02 * above;
-    if (near) fill.position[a] = (float)((double)camera->eye[a] + length * beside);
-    else fill.direction[a] = (float)(to[a] / length - beside);
-    fill.intensity[a] = (float)(near ? strength : 0.6);
-  }
-  return add_light(world, &key) && add_light(world, &fill);
+static void sky_of_file(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user; /* the render's, which is for its progress */
+  image_environment(&sky_seen, n, direction, radiance);
 }
 
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
@@ -530,6 +456,9 @@ typedef struct job {
   output_file outputs[OUTPUTS];
   pktrt_scene *world;
   scene built_in; /* zeroed for --mesh */
+  mesh_file file; /* zeroed for --scene */
+  bool own_light; /* of the file */
+  double exposure;
   pktrt_render_desc view;
   float *buffers[BUFFERS];
   float *error; /* of each pixel, for the map; NULL: not wanted */
@@ -599,18 +528,34 @@ static bool load_built_in(job *j) {
   return commit(j);
 }
 
-/* A view and light for what brings neither. */
+/* A view and light for what brings neither, or those of the file. */
 static bool view_bounds(job *j) {
   const options *o = &j->given;
   pktrt_scene_info info;
+  mesh_view view = {seen_name(o), (double)o->width / o->height, o->up_z, o->instances > 0, o->environment != NULL};
+  bool ok = true;
   pktrt_get_scene_info(j->world, &info);
-  j->view.camera.fov_y = 40;
-  if (!o->has_camera && !frame_bounds(&info, o, &j->view.camera)) return false;
+  const bool own_camera = j->file.has_camera && !o->has_camera && !view.field;
+  if (own_camera) mesh_view_take_camera(&j->file, &info, &j->view.camera);
+  else j->view.camera.fov_y = 40;
+  if (!o->has_camera && !own_camera && !mesh_view_frame_bounds(&view, &info, &j->view.camera)) return false;
   override_camera(j);
   j->view.camera.shutter = o->shutter > 0 ? 1 : 0; /* as in take_animated_camera */
-  j->view.camera.up[o->up_z ? 2 : 1] = 1;
-  for (int c = 0; c < 3; c++) j->view.ambient[c] = 0.05f, j->view.background[c] = 0.08f + 0.03f * (float)c;
-  return light_mesh(j->world, o, &j->view.camera);
+  if (!own_camera) j->view.camera.up[o->up_z ? 2 : 1] = 1;
+  j->own_light = mesh_view_light(&view, o->mesh ? &j->file : NULL, j->world, &j->view, &ok);
+  return ok;
+}
+
+/* Unless the command line says a mode, takes the one that alone shows what the file has: gloss and light with
+   extent. */
+static bool choose_mode(job *j) {
+  options *o = &j->given;
+  if (o->has_mode || !(j->file.scatters || j->file.lights > 0)) return true;
+  o->mode = PKTRT_MODE_DRT;
+  o->samples = o->said_samples;
+  o->passes = o->said_passes;
+  o->measure = o->said_measure;
+  return complete_passes(o);
 }
 
 static bool has_area(job *j) {
@@ -624,9 +569,9 @@ static bool has_area(job *j) {
 static bool load_mesh(job *j) {
   const options *o = &j->given;
   double start = ex_seconds();
-  if (!mesh_file_load(j->world, o->mesh)) return false;
+  if (!mesh_file_open(&j->file, j->world, o->mesh, false)) return false;
   j->load_seconds = ex_seconds() - start;
-  return commit(j) && has_area(j) && view_bounds(j);
+  return choose_mode(j) && commit(j) && has_area(j) && view_bounds(j);
 }
 
 /* >>field ---------------------------------------------------------------------------------------------------------- */
@@ -668,28 +613,46 @@ static bool place_instances(job *j, uint32_t model) {
 static bool load_field(job *j) {
   const options *o = &j->given;
   const double start = ex_seconds();
-  mesh_file_meshes kept = {NULL, 0};
   uint32_t model = 0;
   const bool loaded =
-      o->mesh ? mesh_file_load_kept(j->world, o->mesh, &kept)
+      o->mesh ? mesh_file_open(&j->file, j->world, o->mesh, true)
               : scene_make(o->scene, &j->built_in) || ex_fail("%s: not enough memory for the scene", o->scene);
   const double built = ex_seconds();
   j->load_seconds = built - start;
   pktrt_status status = PKTRT_OK;
   if (loaded)
-    status = o->mesh ? pktrt_add_model(j->world, kept.mesh, kept.count, &model)
+    status = o->mesh ? pktrt_add_model(j->world, j->file.kept.mesh, j->file.kept.count, &model)
                      : scene_add_model(j->world, &j->built_in, (double)o->frame / o->frames, o->shutter, &model);
   j->build_seconds = ex_seconds() - built;
-  mesh_file_free(&kept);
+  mesh_file_free(&j->file.kept);
   if (status != PKTRT_OK)
     return ex_fail("%s: %s", seen_name(o),
                    status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
-  return loaded && place_instances(j, model) && view_bounds(j);
+  return loaded && choose_mode(j) && place_instances(j, model) && view_bounds(j);
+}
+
+/* Lights what is seen by the picture of --environment, in place of ambient light and of an environment of the scene. */
+static bool add_environment(job *j) {
+  bool is_light = false;
+  if (!sky_picture.width && !image_load(&sky_picture, j->given.environment, true)) return false;
+  sky_seen.up_z = j->given.up_z;
+  j->view.environment = sky_of_file;
+  memset(j->view.ambient, 0, sizeof j->view.ambient);
+  if (j->given.instances == 0)
+    for (size_t i = 0; i < j->built_in.light_count; i++)
+      is_light = is_light || j->built_in.lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
+  pktrt_light light;
+  memset(&light, 0, sizeof light);
+  light.kind = PKTRT_LIGHT_ENVIRONMENT;
+  for (int c = 0; c < 3; c++) light.intensity[c] = 1;
+  return is_light || mesh_view_add_light(j->world, &light);
 }
 
 /* What is seen, its tree, and where one looks from. */
 static bool load(job *j) {
-  return j->given.instances ? load_field(j) : j->given.mesh ? load_mesh(j) : load_built_in(j);
+  const options *o = &j->given;
+  const bool loaded = o->instances ? load_field(j) : o->mesh ? load_mesh(j) : load_built_in(j);
+  return loaded && (!o->environment || add_environment(j));
 }
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
@@ -810,7 +773,10 @@ static bool write_pictures(job *j) {
   const size_t n = (size_t)o->width * o->height * 3;
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
   if (o->error_map && !write_error_map(j)) return false;
-  for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
+  if (o->exposure > 0) j->exposure = o->exposure;
+  else if (o->exposure < 0 && !j->own_light) j->exposure = 1;
+  else j->exposure = mesh_view_exposure(&j->view, j->view.pixels);
+  for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)j->exposure;
   ex_tone = j->cost ? PKTRT_TONE_CLAMP : (pktrt_tone)o->tone;
   bool ok = !o->output || (j->cost ? write_heat(j)
                                    : output_write(&j->outputs[OUTPUT_PICTURE], j->view.pixels, o->width, o->height, 3));
@@ -845,7 +811,7 @@ static void describe(job *j) {
   view->max_depth = o->depth;
   view->attenuation = (float)o->attenuation;
   view->branching = (pktrt_branching)o->branching;
-  view->lights = (pktrt_light_choice)o->lights;
+  view->lights = (pktrt_light_choice)(o->lights >= 0 ? o->lights : j->file.lights > MANY_LIGHTS ? PKTRT_LIGHTS_ONE : 0);
   view->glass_shadows = (pktrt_glass_shadows)o->glass_shadows;
   view->normals = (pktrt_normals)o->normals;
   view->shadows = (pktrt_shadow_packets)o->shadows;
@@ -1084,7 +1050,9 @@ int main(int argc, char **argv) {
   filter_end(&j.halves);
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
+  image_free(&sky_picture);
   pktrt_scene_destroy(j.world);
+  mesh_file_close(&j.file);
   ex_threads_stop(&threads);
   if (ok && fflush(stdout) != 0) ok = ex_fail("the table could not be written: %s", strerror(errno));
   return ok ? 0 : interrupt_number ? interrupt_status() : 1;

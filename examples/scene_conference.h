@@ -424,12 +424,12 @@ static double conf_edge(double x) {
 /* The turn by an angle around an axis (a unit vector) through a point. */
 static sc_frame conf_rotation(sc_v3 pivot, sc_v3 axis, double degrees) {
   double c = sc_cos(degrees), s = sc_sin(degrees);
-  sc_v3 *image[3], unit = sc_v(1.0, 0.0, 0.0);
+  sc_v3 *turned[3], unit = sc_v(1.0, 0.0, 0.0);
   sc_frame f;
   uint32_t i;
-  image[0] = &f.x, image[1] = &f.y, image[2] = &f.z;
+  turned[0] = &f.x, turned[1] = &f.y, turned[2] = &f.z;
   for (i = 0; i < 3; i++) {
-    *image[i] =
+    *turned[i] =
         sc_add(sc_add(sc_mul(unit, c), sc_mul(sc_cross(axis, unit), s)), sc_mul(axis, sc_dot(axis, unit) * (1 - c)));
     unit = sc_v(unit.z, unit.x, unit.y);
   }

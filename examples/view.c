@@ -1,4 +1,4 @@
-/* Looks around in a scene: a window in which one can orbit, let the scene move, and change how the picture is made.
+/* Looks around in a scene or a mesh file: a window in which one can orbit, let the scene move, and change how the picture is made.
    `view --help` tells options and keys. Needs SDL2.
 
    While anything moves, the picture is a single pass, or with the filter two, at as many pixels as fit into a fifteenth of
@@ -15,6 +15,7 @@
 
 #include "filter.h"
 #include "heat.h"
+#include "mesh_view.h"
 #include "scenes.h"
 #include "words.h"
 #include <SDL.h>
@@ -33,10 +34,11 @@ typedef struct settings {
 } settings;
 
 typedef struct options {
-  const char *scene, *output;
+  const char *scene, *mesh, *output; /* mesh: of a file, in place of a scene; NULL: none */
   unsigned width, height, threads, samples, passes;
   double target_error;
   settings first; /* but for its camera */
+  bool has_mode;
 } options;
 
 static const char *const packet_names[] = {"2", "4", "8", "16", NULL};
@@ -55,9 +57,17 @@ static void print_keys(void) {
 }
 
 static void print_help(void) {
-  printf("usage: view [options]\n\n");
+  printf("usage: view [options] [FILE]\n\n"
+         "  FILE             a mesh file in place of a scene: .tri"
+#ifdef HAVE_ASSIMP
+         ", and what assimp reads, with its materials, lights and camera: .obj .gltf .glb ...\n");
+#else
+         " (built without assimp: nothing else)\n");
+#endif
   print_words("  --scene NAME     a built-in scene (default rtrt):", scene_names());
-  print_words("  --mode MODE      ray casting, Whitted's (default), distribution ray tracing:", mode_words);
+  print_words(
+      "  --mode MODE      ray casting, Whitted's (default), distribution ray tracing (that of files with gloss):",
+      mode_words);
   printf("  --size WxH       of the window, in pixels (default 640x480)\n"
          "  --spp N          samples per pixel and pass, 1 to 64 (default 2)\n"
          "  --passes N       at most, 1 to 65536 (default 128)\n"
@@ -108,7 +118,7 @@ enum option_name {
 static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
   case OPT_SCENE: return parse_scene(text, &o->scene);
-  case OPT_MODE: return ex_parse_word("mode", text, mode_words, &o->first.mode);
+  case OPT_MODE: o->has_mode = true; return ex_parse_word("mode", text, mode_words, &o->first.mode);
   case OPT_SIZE: return ex_parse_size(text, &o->width, &o->height);
   case OPT_SPP: return ex_parse_uint("spp", text, 1, 64, &o->samples);
   case OPT_PASSES: return ex_parse_uint("passes", text, 1, 65536, &o->passes);
@@ -151,7 +161,9 @@ static bool parse_options(options *o, int argc, char **argv) {
       return ex_fail("%s: unknown, ambiguous, or its value is missing or too much; see --help", argv[at]);
     if (!parse_option(o, option, optarg)) return false;
   }
-  return optind >= argc || ex_fail("%s: an argument without an option; see --help", argv[optind]);
+  if (optind < argc) o->mesh = argv[optind++];
+  return optind >= argc ||
+         ex_fail("%s: an argument too many: the only one without an option is a file; see --help", argv[optind]);
 }
 
 /* >>viewer --------------------------------------------------------------------------------------------------------- */
@@ -164,8 +176,12 @@ typedef struct viewer {
   bool failed; /* a hook could not show a picture, and has said so */
 
   ex_threads threads;
-  scene built_in;
-  pktrt_scene *world; /* in the pose of posed_time and posed_shutter */
+  scene built_in;         /* zeroed for a file */
+  mesh_file file;         /* zeroed for a scene */
+  pktrt_render_desc look; /* of a file: camera and surroundings */
+  double size;            /* of the scene, against which distances are measured: 10 for those built in */
+  double exposure;        /* 0: not known yet */
+  pktrt_scene *world;     /* in the pose of posed_time and posed_shutter */
   double posed_time, posed_shutter;
   double ticked; /* when the animation was advanced last */
 
@@ -208,9 +224,9 @@ static void orbit(pktrt_camera *c, double right, double up) {
 }
 
 /* Nearer to the target or farther; what is sharp stays as far before or behind it, in proportion. */
-static void zoom(pktrt_camera *c, double factor) {
+static void zoom(pktrt_camera *c, double factor, double size) {
   const double distance = factor * distance_of(c);
-  if (distance < 0.02 || distance > 200) return;
+  if (distance < 0.002 * size || distance > 20 * size) return;
   for (int a = 0; a < 3; a++)
     c->eye[a] = (float)((double)c->target[a] + factor * ((double)c->eye[a] - (double)c->target[a]));
   c->focus = (float)(factor * (double)c->focus);
@@ -291,6 +307,9 @@ static void present(viewer *v) {
   SDL_RenderPresent(v->renderer);
 }
 
+/* What is looked at. */
+static const char *seen_name(const viewer *v) { return v->given.mesh ? v->given.mesh : v->given.scene; }
+
 static const char *const heat_titles[] = {": boxes", ": triangles", ": vectors"};
 
 /* Frames per second are previews, or passes, shown within a second. */
@@ -301,7 +320,7 @@ static void show_title(viewer *v) {
   snprintf(text, sizeof text,
            "%s %s%s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
            "time %.2f",
-           v->given.scene, mode_words[s->mode], s->heat ? heat_titles[s->heat - 1] : "",
+           seen_name(v), mode_words[s->mode], s->heat ? heat_titles[s->heat - 1] : "",
            v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
            v->refining ? v->report.samples_mean
            : s->filter ? 4.0
@@ -326,7 +345,15 @@ static bool show_picture(viewer *v, unsigned width, unsigned height) {
     if (scale < 0) return ex_fail("not enough memory for the colours of cost");
     heat_paint(v->cost, scale, &to);
   }
-  pktrt_to_srgb8(v->now.heat ? v->heat : v->pixels, (size_t)width * height, 0, PKTRT_TONE_CLAMP, v->codes);
+  const size_t n = (size_t)width * height;
+  if (!(v->exposure > 0) && !v->now.heat) {
+    pktrt_render_desc shown = v->look;
+    shown.camera = v->now.camera;
+    shown.width = width, shown.height = height;
+    v->exposure = mesh_view_exposure(&shown, v->pixels);
+  }
+  pktrt_to_srgb8(v->now.heat ? v->heat : v->pixels, n, v->now.heat ? 0 : (float)v->exposure, PKTRT_TONE_CLAMP,
+                 v->codes);
   v->shown_width = width, v->shown_height = height;
   if (SDL_UpdateTexture(v->texture, &part, v->codes, (int)width * 3) != 0) return sdl_failed("the window's picture");
   present(v);
@@ -431,7 +458,7 @@ static void take_events(viewer *v) {
     case SDL_KEYDOWN: take_key(v, e.key.keysym.sym); break;
     case SDL_MOUSEMOTION: take_motion(v, &e.motion); break;
     case SDL_MOUSEWHEEL:
-      zoom(&v->now.camera, pow(0.9, e.wheel.y));
+      zoom(&v->now.camera, pow(0.9, e.wheel.y), v->size);
       v->changed = true;
       break;
     case SDL_WINDOWEVENT: take_window_event(v, &e.window); break;
@@ -443,6 +470,28 @@ static bool interrupted(const viewer *v) { return v->changed || v->animating || 
 
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
+/* A file's meshes, and where one looks from first. */
+static bool read_file(viewer *v) {
+  const options *o = &v->given;
+  const mesh_view view = {o->mesh, (double)o->width / o->height, false, false, false};
+  pktrt_scene_info info;
+  bool ok = true;
+  if (!mesh_file_open(&v->file, v->world, o->mesh, false)) return false;
+  if (pktrt_commit(v->world) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(v->world));
+  pktrt_get_scene_info(v->world, &info);
+  if (info.degenerate >= info.triangles)
+    return ex_fail("%s: there is nothing to see: none of its triangles has an area", o->mesh);
+  v->look.camera.fov_y = 40;
+  if (v->file.has_camera) mesh_view_take_camera(&v->file, &info, &v->look.camera);
+  else if (!mesh_view_frame_bounds(&view, &info, &v->look.camera)) return false;
+  v->exposure = mesh_view_light(&view, &v->file, v->world, &v->look, &ok) ? 0 : 1;
+  v->size = distance_of(&v->look.camera);
+  v->first.camera = v->look.camera;
+  if (!o->has_mode && (v->file.scatters || v->file.lights > 0)) v->first.mode = PKTRT_MODE_DRT;
+  v->now = v->first;
+  return ok;
+}
+
 static bool make_world(viewer *v, double time, double shutter) {
   pktrt_scene_desc desc;
   memset(&desc, 0, sizeof desc);
@@ -453,6 +502,7 @@ static bool make_world(viewer *v, double time, double shutter) {
   pktrt_scene_destroy(v->world);
   v->world = pktrt_scene_create(&desc);
   if (!v->world) return ex_fail("%s", pktrt_last_error(NULL));
+  if (v->given.mesh) return read_file(v);
   const pktrt_status status = scene_add_at(v->world, &v->built_in, time, shutter);
   if (status == PKTRT_OUT_OF_MEMORY) return ex_fail("%s: not enough memory for the scene", v->given.scene);
   if (status != PKTRT_OK || pktrt_commit(v->world) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(v->world));
@@ -465,7 +515,8 @@ static bool make_world(viewer *v, double time, double shutter) {
 static bool pose_world(viewer *v, bool *built) {
   const double time = v->now.time, shutter = v->now.mode == PKTRT_MODE_DRT ? v->now.shutter : 0;
   bool ok = true;
-  *built = !v->world || (shutter > 0) != (v->posed_shutter > 0);
+  *built = !v->world || (!v->given.mesh && (shutter > 0) != (v->posed_shutter > 0));
+  if (!*built && v->given.mesh) return true; /* which is at rest */
   if (!*built && time == v->posed_time && shutter == v->posed_shutter) return true;
   if (*built) ok = make_world(v, time, shutter);
   else if (scene_pose(v->world, &v->built_in, time, shutter) != PKTRT_OK) ok = ex_fail("the scene could not be posed");
@@ -485,9 +536,10 @@ static void describe(viewer *v, pktrt_render_desc *d) {
   d->camera = s->camera;
   d->camera.time = 0; /* the shutter is open from the first key to the last */
   d->camera.shutter = v->posed_shutter > 0 ? 1 : 0;
-  memcpy(d->background, v->built_in.background, sizeof d->background);
-  memcpy(d->ambient, v->built_in.ambient, sizeof d->ambient);
-  d->environment = v->built_in.environment;
+  memcpy(d->background, v->look.background, sizeof d->background);
+  memcpy(d->ambient, v->look.ambient, sizeof d->ambient);
+  d->environment = v->look.environment;
+  if (v->file.lights > 16) d->lights = PKTRT_LIGHTS_ONE;
   d->packet_size = s->packet;
   d->path = (pktrt_path)s->path;
   d->sampler = (pktrt_sampler)s->sampler;
@@ -504,7 +556,8 @@ static bool gather_pass(void *user, const pktrt_report *report) {
   return true;
 }
 
-/* Renders a preview; for the filter in two passes, of two samples, as a single one would lie in the middle each time. */
+/* Renders a preview; for the filter in two passes, of two samples, as a single one would lie in the middle each
+   time. */
 static bool render_preview(viewer *v, pktrt_render_desc *d) {
   filter_picture picture;
   if (!v->now.filter) return pktrt_render(v->world, d) == PKTRT_OK || ex_fail("%s", pktrt_last_error(v->world));
@@ -612,18 +665,30 @@ static bool look_around(viewer *v) {
   return ok && !v->failed;
 }
 
+/* A built-in scene, with its camera and surroundings. */
+static bool take_scene(viewer *v) {
+  if (!scene_make(v->given.scene, &v->built_in)) return ex_fail("%s: not enough memory for the scene", v->given.scene);
+  v->first.camera = v->built_in.camera;
+  memcpy(v->look.background, v->built_in.background, sizeof v->look.background);
+  memcpy(v->look.ambient, v->built_in.ambient, sizeof v->look.ambient);
+  v->look.environment = v->built_in.environment;
+  v->size = 10;
+  v->exposure = 1;
+  return true;
+}
+
 int main(int argc, char **argv) {
   static viewer v; /* static: zeroed */
   if (!parse_options(&v.given, argc, argv)) return 1;
   v.threads.count = v.given.threads;
-  if (!scene_make(v.given.scene, &v.built_in)) return ex_fail("%s: not enough memory for the scene", v.given.scene), 1;
   v.first = v.given.first;
-  v.first.camera = v.built_in.camera;
+  if (!v.given.mesh && !take_scene(&v)) return 1;
   v.now = v.first;
   const bool ok = open_window(&v) && look_around(&v);
   close_window(&v);
   pktrt_scene_destroy(v.world);
   ex_threads_stop(&v.threads);
   scene_free(&v.built_in);
+  mesh_file_close(&v.file);
   return ok ? 0 : 1;
 }

@@ -43,7 +43,7 @@ typedef enum factor_name {
   FIRST_NEUTRAL = SOUP
 } factor_name;
 
-enum { MOST_LEVELS = 10 };
+enum { MOST_LEVELS = 12 };
 
 typedef struct factor {
   const char *name;
@@ -52,7 +52,7 @@ typedef struct factor {
 
 enum { ONE_SAMPLE, RANDOM_2, INTERLEAVED_4, BLUE_NOISE_2, CUSTOM_3 };
 enum { POINT, DIRECTIONAL, QUAD, SPHERE, MESH, MOVING_MESH, GLOWING_PLACE, ENVIRONMENT };
-enum { MATT, MIRROR, GLOSS, COAT, GLOSSY_COAT, METAL, GLOSSY_METAL, GLASS, CUTOUT, SHADER };
+enum { MATT, MIRROR, GLOSS, COAT, GLOSSY_COAT, METAL, GLOSSY_METAL, GLASS, CUTOUT, SHADER, THIN, BLEND };
 enum { NO_TEXTURE, BY_COORDINATES, BY_POINT };
 enum { FLAT, SMOOTH, SMOOTH_IGNORED };
 enum { DIRECT, PLACED, MIRRORED, UNEVEN, MANY };
@@ -72,7 +72,7 @@ static const factor factors[FACTORS] = {
     [CHOICE] = {"choice of lights", {"all", "one deeper", "one"}},
     [MATERIAL] = {"material",
                   {"matt", "mirror", "gloss", "coat", "glossy coat", "metal", "glossy metal", "glass", "cutout",
-                   "shader"}},
+                   "shader", "thin", "blend"}},
     [TEXTURE] = {"texture", {"none", "by coordinates", "by point"}},
     [NORMALS] = {"normals", {"flat", "smooth", "smooth, ignored"}},
     [GEOMETRY] = {"geometry", {"direct", "placed", "mirrored", "uneven", "many"}},
@@ -676,6 +676,14 @@ static pktrt_material material_for(const row *r, uint32_t role) {
     m.texture = cutting[r->level[TEXTURE]];
   }
   if (kind == SHADER) m.shader = shade_by_normal;
+  if (kind == THIN) {
+    m.specular = PKTRT_SPECULAR_THIN;
+    m.transmission = 0.75f;
+  }
+  if (kind == BLEND) {
+    m.blend = true;
+    m.transparency = 0.375f;
+  }
   return m;
 }
 
@@ -1463,8 +1471,10 @@ static void compare_anew(pktrt_mode mode) {
     r.level[SAMPLING] = ONE_SAMPLE;
     r.level[PASSES] = ONE_PASS;
     if (r.level[LIGHT] == MESH || r.level[LIGHT] == MOVING_MESH) r.level[LIGHT] = GLOWING_PLACE;
+    if (r.level[MATERIAL] == BLEND) r.level[MATERIAL] = CUTOUT; /* no chance here */
     if (mode == PKTRT_MODE_WRT) {
-      const uint8_t known[MOST_LEVELS] = {MATT, MIRROR, MIRROR, MATT, METAL, METAL, METAL, MIRROR, CUTOUT, SHADER};
+      const uint8_t known[MOST_LEVELS] = {MATT,  MIRROR, MIRROR, MATT,   METAL,  METAL,
+                                          METAL, MIRROR, CUTOUT, SHADER, MIRROR, CUTOUT};
       r.level[MATERIAL] = known[r.level[MATERIAL]];
       r.level[FLOOR] = r.level[FLOOR] ? 2 : 0;
       r.level[CASE] = NO_CASE;

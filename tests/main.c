@@ -278,6 +278,7 @@ static void run_all(void) {
   suite_rigid();
   suite_pool();
   suite_closest();
+  suite_thin();
   suite_groups();
   suite_changes();
   suite_surfaces();

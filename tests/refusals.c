@@ -415,6 +415,10 @@ static const spoilt_material spoilt_materials[] = {
     {"emission|-4", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[1]), -4},
     {"emission|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[0]), NAN},
     {"emission|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[2]), INFINITY},
+    {"transmission|1.5", PKTRT_SPECULAR_THIN, offsetof(pktrt_material, transmission), 1.5f},
+    {"transmission|nan", PKTRT_SPECULAR_THIN, offsetof(pktrt_material, transmission), NAN},
+    {"transparency|-1", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, transparency), -1},
+    {"transparency|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, transparency), NAN},
 };
 
 static pktrt_material good_material(pktrt_specular specular) {
@@ -438,10 +442,10 @@ static void refuse_materials(void) {
   }
   for (int i = 0; i < 4; i++) {
     pktrt_material m = good_material(PKTRT_SPECULAR_NONE);
-    if (i < 2) m.specular = (pktrt_specular)(i ? 5 : -1);
+    if (i < 2) m.specular = (pktrt_specular)(i ? 6 : -1);
     else m.lobe = (pktrt_lobe)(i == 2 ? 2 : -1);
     CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "case %d", i);
-    names("kind", pktrt_last_error(s), i == 0 ? "-1|specular" : i == 1 ? "5|specular" : i == 2 ? "2|lobe" : "-1|lobe");
+    names("kind", pktrt_last_error(s), i == 0 ? "-1|specular" : i == 1 ? "6|specular" : i == 2 ? "2|lobe" : "-1|lobe");
   }
   CHECK(pktrt_add_material(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
   names("NULL material", pktrt_last_error(s), "NULL");

@@ -182,6 +182,20 @@ check "the naive mapping" quiet "${small[@]}" --mode drt --spp 2 --phong naive
 check "changes the picture" differs "$(sum)" "$plain"
 check "the careful one" quiet "${small[@]}" --mode drt --spp 2 --phong careful
 check "is what it had" test "$(sum)" = "$plain"
+
+# A picture of all directions: two texels of 1, and two that are dark; then one that is cut off.
+sky() { printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n'; }
+{ sky; printf '\200\200\200\201\200\200\200\201'; } >day.hdr
+{ sky; printf '\200\200\200\175\200\200\200\175'; } >night.hdr
+{ sky; printf '\200\200\200'; } >torn.hdr
+lit=(--mesh unit.tri --size 32x32 --mode drt --spp 4)
+check "a picture of all directions lights a mesh" quiet "${lit[@]}" --environment day.hdr -o picture.pfm
+day=$(mean)
+check "and a dark one" quiet "${lit[@]}" --environment night.hdr -o picture.pfm
+check "as much less as it is darker" within "$(mean)" "$(awk -v day="$day" 'BEGIN { print day / 16 }')" 0.001
+check "one that is cut off is refused" refused 'torn.hdr: corrupt' "${lit[@]}" --environment torn.hdr
+check "one that is not there, too" refused 'absent.hdr: cannot be read' "${lit[@]}" --environment absent.hdr
+
 check "other words are refused: normals" refused 'none of: smooth, geometric' --normals bumpy
 check "shadows" refused 'none of: per-light, together' --shadows apart
 check "phong" refused 'none of: careful, naive' --phong clever

@@ -5,7 +5,7 @@
 #include "stability.h"
 
 enum { FACES = 400, BATCHES = 64, DEPTH = 50 };
-typedef enum look { FLOOR, GLASS, MIRROR, PLATE, LAMP, LOOKS } look;
+typedef enum look { FLOOR, GLASS, MIRROR, PLATE, LAMP, SHEET, LOOKS } look;
 typedef enum between {
   NOTHING,
   PANE,
@@ -15,6 +15,8 @@ typedef enum between {
   CUTOUT_AND_PANE,
   MIRROR_BEHIND_PANE,
   PANE_BEHIND_LAMP,
+  THIN_SHEET,
+  SHEET_IN_PANE,
   BETWEENS
 } between;
 typedef enum surface { LOBE, IDEAL, COAT, METAL, SURFACES } surface;
@@ -27,7 +29,9 @@ static const char *const between_name[BETWEENS] = {"nothing",
                                                    "a cutout",
                                                    "a cutout and a pane",
                                                    "a mirror behind a pane",
-                                                   "a pane that reflects"};
+                                                   "a pane that reflects",
+                                                   "a thin sheet",
+                                                   "a thin sheet in a pane"};
 static const char *const surface_name[SURFACES] = {"lobe", "mirror", "coat", "metal"};
 static const struct {
   const char *name;
@@ -40,6 +44,8 @@ static const struct {
 
 static const double glass_ior = 1.5;
 static const double absorption[3] = {0.3, 0.8, 1.6};
+static const double sheet_ior = 1.8, sheet_transmission = 0.75;
+static const double sheet_tint[3] = {0.9, 0.6, 0.3};
 static const double lamp_color[3] = {4, 3, 2};
 static const double lamp_radius = 0.2;
 
@@ -166,14 +172,19 @@ static pktrt_scene *place_open(place *x, size_t lamp, between b, surface kind, b
   x->material[PLATE].cutout = true, x->material[PLATE].texture = plate_hook;
   x->material[LAMP] = lamp_of(1);
   for (int k = 0; k < 3; k++) x->material[LAMP].emission[k] = (float)lamp_color[k];
+  x->material[SHEET] = material_of(0, PKTRT_SPECULAR_THIN, 0);
+  x->material[SHEET].ior[0] = (float)sheet_ior, x->material[SHEET].transmission = (float)sheet_transmission;
+  for (int k = 0; k < 3; k++) x->material[SHEET].albedo[k] = (float)sheet_tint[k];
   for (int k = 0; k < LOOKS; k++) material[k] = stage_material(s, &x->material[k]);
 
   place_light(x, lamp, b);
   place_mesh(x, s, sheet(0, 4), FLOOR, material[FLOOR]);
-  if (b == PANE || b == TWO_PANES || b >= CUTOUT_AND_PANE) place_mesh(x, s, slab(1, 1.2), GLASS, material[GLASS]);
+  if (b == PANE || b == TWO_PANES || (b >= CUTOUT_AND_PANE && b != THIN_SHEET))
+    place_mesh(x, s, slab(1, 1.2), GLASS, material[GLASS]);
   if (b == TWO_PANES) place_mesh(x, s, slab(1.4, 1.5), GLASS, material[GLASS]);
   if (b == CUTOUT || b == CUTOUT_AND_PANE) place_mesh(x, s, sheet(1.6, 3), PLATE, material[PLATE]);
   if (b == MIRROR_BEHIND_PANE) place_mesh(x, s, sheet(2.2, 3), MIRROR, material[MIRROR]);
+  if (b >= THIN_SHEET) place_mesh(x, s, sheet(1.1, 3), SHEET, material[SHEET]);
   if (b == BALL) {
     mesh ball = mesh_sphere(1, 0, 1);
     mesh_place(&ball, (float[3]){0.35f, 0.35f, 0.35f}, (float[3]){0.375f, 1, -0.125f});
@@ -227,19 +238,32 @@ static void dim(double value[3], double length) {
   for (int k = 0; k < 3; k++) value[k] *= exp(-absorption[k] * length);
 }
 
-/* Multiplies by what arrives along a straight way of unit direction; it starts in air. */
-static void pass(const place *x, vec o, vec d, double far_, int without, double value[3]) {
-  bool within = false;
+/* Returns what both faces of a thin sheet reflect, by adding up what goes back and forth between them. */
+static double sheet_reflects(double cosine) {
+  const double r = fresnel_exact(cosine, sheet_ior);
+  double sum = r, inside = (1 - r) * r;
+
+  for (int i = 0; i < 200; i++, inside *= r * r) sum += inside * (1 - r);
+  return sum;
+}
+
+/* Multiplies by what arrives along a straight way of unit direction; it starts within glass or not. */
+static void pass(const place *x, vec o, vec d, double far_, int without, bool within, double value[3]) {
   for (;;) {
     const found hit = nearest(x, o, d, far_, without);
     if (within) dim(value, hit.face < 0 ? far_ : hit.t);
     if (hit.face < 0) return;
-    if (!x->passes || x->face[hit.face].look != GLASS) {
+    const look looks = x->face[hit.face].look;
+    const double cosine = fabs(vec_dot(d, hit.normal));
+    if (!x->passes || (looks != GLASS && looks != SHEET)) {
       memset(value, 0, 3 * sizeof *value);
       return;
     }
-    for (int k = 0; k < 3; k++) value[k] *= 1 - fresnel_exact(fabs(vec_dot(d, hit.normal)), glass_ior);
-    within = vec_dot(d, hit.normal) < 0;
+    for (int k = 0; k < 3; k++) {
+      if (looks == SHEET) value[k] *= (1 - sheet_reflects(cosine)) * sheet_transmission * sheet_tint[k];
+      else value[k] *= 1 - fresnel_exact(cosine, glass_ior);
+    }
+    if (looks == GLASS) within = vec_dot(d, hit.normal) < 0;
     o = vec_add(o, vec_mul(d, hit.t)), far_ -= hit.t, without = hit.face;
   }
 }
@@ -274,6 +298,7 @@ typedef struct spot {
   int face;
   double albedo[3], lobe[3]; /* lobe: weight; 0 without */
   double exponent;
+  bool within; /* glass */
 } spot;
 
 /* Adds to all sums. */
@@ -310,7 +335,7 @@ static void ask_light(walk *w, const spot *s, const double weight[3]) {
   const bool point = kind == PKTRT_LIGHT_POINT || kind == PKTRT_LIGHT_DIRECTIONAL;
   const double lobe = point && axial > 0 ? (s->exponent + 1) / (2 * PI) * pow(axial, s->exponent) : 0;
   if (cosine <= 0 || share <= 0) return;
-  pass(x, s->p, to, far_ * (1 - 1e-6), s->face, value); /* less: corners of a mesh are floats */
+  pass(x, s->p, to, far_ * (1 - 1e-6), s->face, s->within, value); /* less: corners of a mesh are floats */
   for (int k = 0; k < 3; k++) value[k] *= share * (s->albedo[k] / PI * cosine + s->lobe[k] * lobe);
   gain(w, weight, value);
 }
@@ -321,6 +346,7 @@ static bool spot_read(const pktrt_material *m, double cosine, spot *s) {
   for (int k = 0; k < 3; k++) {
     const double f = fresnel_exact(cosine, (double)m->ior[0] > 0 ? (double)m->ior[0] : 1.5);
     s->albedo[k] = (double)m->albedo[k], s->lobe[k] = 0;
+    if (m->specular == PKTRT_SPECULAR_THIN) s->albedo[k] = 1; /* the rest has been counted */
     if (m->specular == PKTRT_SPECULAR_MIRROR) s->lobe[k] = (double)m->reflectance[k];
     if (m->specular == PKTRT_SPECULAR_COAT) s->lobe[k] = f, s->albedo[k] *= 1 - f;
     if (m->specular == PKTRT_SPECULAR_CONDUCTOR)
@@ -381,8 +407,18 @@ static void follow(walk *w) {
       within = reflects ? inside : !inside;
       continue;
     }
+    if (looks == SHEET) {
+      const bool reflects = unit_of(w) < sheet_reflects(cosine);
+      const bool straight = unit_of(w) < sheet_transmission;
+      if (reflects) asked = false, d = reflected(d, normal);
+      else
+        for (int k = 0; k < 3; k++) weight[k] *= sheet_tint[k];
+      if (reflects) continue;
+      bent = true; /* a shadow ray stands for it as behind glass */
+      if (straight) continue;
+    }
 
-    spot s = {o, normal, vec_unit(reflected(d, normal)), hit.face, {0, 0, 0}, {0, 0, 0}, 0};
+    spot s = {o, normal, vec_unit(reflected(d, normal)), hit.face, {0, 0, 0}, {0, 0, 0}, 0, within};
     const bool reflects = spot_read(&x->material[looks], cosine, &s);
     const bool lobed = reflects && x->material[looks].lobe == PKTRT_LOBE_PHONG;
     spot plain = s;
@@ -397,7 +433,7 @@ static void follow(walk *w) {
     if (lobed && straight < INFINITY) {
       double value[3];
       memcpy(value, lamp_color, sizeof value);
-      pass(x, o, d, straight, without, value);
+      pass(x, o, d, straight, without, within, value);
       gain(w, weight, value);
     }
     asked = lobed, bent = false;

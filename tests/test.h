@@ -136,6 +136,6 @@ void suite_identity(void), suite_truth(void), suite_watertight(void), suite_rend
     suite_stability(void), suite_guards(void), suite_pairs(void), suite_settings(void), suite_mirrored(void),
     suite_flush(void), suite_extremes(void), suite_variance(void), suite_changes(void), suite_cover(void),
     suite_everyday(void), suite_cameras(void), suite_bent(void), suite_rigid(void), suite_pool(void),
-    suite_closest(void);
+    suite_closest(void), suite_thin(void);
 
 #endif

@@ -114,8 +114,8 @@ screen_moves() {
   cp "$dir/Xvfb_screen0" "$dir/before" && sleep 0.5 && cp "$dir/Xvfb_screen0" "$dir/after" && differ "$dir/before" "$dir/after"
 }
 time_has_passed() { ! title | grep -q 'time 0.00'; }
-same_as_render() { # the picture that render makes of the same scene
-  "$bin/render" --scene rtrt --mode wrt --size 240x180 --spp 1 --no-progress -o "$dir/render.png" >/dev/null &&
+same_as_render() { # name, what is seen: the picture that render makes of it
+  "$bin/render" ${2:---scene rtrt} --mode wrt --size 240x180 --spp 1 --no-progress -o "$dir/render.png" >/dev/null &&
     cmp "$dir/render.png" "$dir/$1.png"
 }
 refused() { # word, arguments...: in one line on standard error
@@ -203,6 +203,22 @@ start --mode wrt --size 240x180 --passes 1 --spp 1
 check "S saves the picture" saved plain
 check "it is that of render" same_as_render plain
 check "control: another is not" fails same_as_render first
+press q
+check "Q ends it" ends_well 5
+
+echo "a file"
+saves=0
+# one triangle: (0, 0, 0), (1, 0, 0), (0, 1, 0)
+one='\0\0\200\77' none='\0\0\0\0'
+printf "\1\0\0\0$none$none$none$one$none$none$none$one$none" >"$dir/triangle.tri"
+start --mode wrt --size 240x180 --passes 1 --spp 1 "$dir/triangle.tri"
+check "its name is in the title" title_has 'triangle.tri wrt.*done'
+check "S saves the picture" saved file
+check "it is that of render" same_as_render file "--mesh $dir/triangle.tri"
+check "control: the scene is another" fails same_as_render file
+drag 1
+check "S saves the picture" saved turned
+check "which is another" differ "$dir/file.png" "$dir/turned.png"
 press q
 check "Q ends it" ends_well 5
 

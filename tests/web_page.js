@@ -5,6 +5,7 @@
 // node tests/web_page.js http://localhost:8000 out/web build
 "use strict";
 const fs = require("fs");
+const os = require("os");
 const path = require("path");
 const zlib = require("zlib");
 const { execFileSync } = require("child_process");
@@ -207,6 +208,139 @@ async function pictures() {
   await pictureAfter(page, () => page.keyboard.press(" "));
   check("space ends it", !await page.$eval("#animate", (it) => it.checked));
   await page.close();
+}
+
+// Drops files on the page, as a file manager does.
+async function drop(page, paths) {
+  const session = await page.createCDPSession(), [x, y] = await middle(page, "#picture");
+  const data = { items: [], files: paths, dragOperationsMask: 1 };
+  for (const type of ["dragEnter", "dragOver", "drop"]) await session.send("Input.dispatchDragEvent", { type, x, y, data });
+  await session.detach();
+}
+const said = (page, pattern) => page.waitForFunction((of) => new RegExp(of).test(document.getElementById("model-said").textContent),
+  { timeout: 20000 }, pattern.source).then(() => text(page, "#model-said"), () => text(page, "#model-said"));
+
+async function files() {
+  console.log("models that are dropped");
+  const there = fs.mkdtempSync(path.join(os.tmpdir(), "web-files-")), at = (name) => path.join(there, name);
+  const write = (name, ...lines) => fs.writeFileSync(at(name), lines.join("\n"));
+  // A ball of rings that get closer: what is seen of it differs from every scene's picture.
+  const ball = [], rings = 24, spokes = 48;
+  for (let i = 0; i <= rings; i++)
+    for (let k = 0; k < spokes; k++) {
+      const [rise, turn] = [Math.PI * i / rings, 2 * Math.PI * k / spokes];
+      ball.push(`v ${Math.sin(rise) * Math.cos(turn)} ${Math.cos(rise)} ${Math.sin(rise) * Math.sin(turn)}`);
+    }
+  ball.push("mtllib ball.mtl", "usemtl red");
+  for (let i = 0; i < rings; i++)
+    for (let k = 0; k < spokes; k++) {
+      const [a, b] = [i * spokes + k + 1, i * spokes + (k + 1) % spokes + 1];
+      ball.push(`f ${a} ${b} ${b + spokes} ${a + spokes}`);
+    }
+  write("ball.obj", ...ball);
+  write("ball.mtl", "newmtl red", "Kd 0.8 0.1 0.05");
+  write("wedge.stl", "solid", "facet", "outer loop", "vertex 0 0 0", "vertex 1 0 0", "vertex 0 0 1", "endloop", "endsolid");
+  write("cut.stl", "solid", "facet", "outer loop", "vertex 0 0 0", "vertex 1 0 0");
+  write("lines.obj", "v 0 0 0", "f 1 2 3");
+
+  const page = await open("#scene=rtrt&mode=rcs&size=256x256"), asked = [];
+  const scene = await firstPicture(page);
+  page.on("request", (request) => asked.push(`${request.method()} ${new URL(request.url()).pathname}`));
+  const refused = async (sentence, paths, pattern) => {
+    const before = await page.evaluate(() => noted.last), name = await page.$eval("#scene", (it) => it.value);
+    await drop(page, paths);
+    const told = await said(page, pattern);
+    await new Promise((done) => setTimeout(done, 200));
+    check(sentence, pattern.test(told) && await page.$eval("#scene", (it) => it.value) === name, told);
+    return [before, await page.evaluate(() => noted.last)];
+  };
+  await page.waitForFunction(() => document.getElementById("samples").textContent === "256", { timeout: 60000 });
+  let [before, after] = await refused("a file that ends early is refused", [at("cut.stl")], /^cut\.stl is refused: it ends before/);
+  check("nothing is drawn anew for it", before === after);
+  await refused("so are two models", [at("ball.obj"), at("wedge.stl")], /two models/);
+  await refused("and a folder", [there], /is no model that this page reads/);
+
+  const grey = await pictureAfter(page, () => drop(page, [at("ball.obj")]));
+  check("a dropped model is seen", grey.checksum !== scene.checksum, await said(page, /triangles/));
+  check("the page says what it is", /^ball\.obj: 2,304 triangles; grey, for want of its materials: drop ball\.mtl/
+    .test(await text(page, "#model-said")));
+  check("it is a scene of its name", await page.$eval("#scene", (it) => it.selectedOptions[0].text) === "ball.obj");
+  const distance = ({ eye, target }) => Math.hypot(...eye.map((x, a) => x - target[a]));
+  check("the camera looks at its middle, from where all of it is seen", Math.abs(grey.settings.target[1] - 1) < 0.01 &&
+    distance(grey.settings) > 1 / Math.sin(Math.PI / 8) && distance(grey.settings) < 3.2, `${distance(grey.settings).toFixed(2)} m away`);
+  await page.waitForFunction(() => !document.getElementById("message").textContent);
+  check("the canvas shows the floats", await canvasDiffers(page) < 1.01);
+  const middleOf = () => page.$eval("#picture", (it) => [...it.getContext("2d").getImageData(128, 140, 1, 1).data]);
+  const [r, g, b] = await middleOf();
+  check("it is grey", Math.max(r, g, b) - Math.min(r, g, b) < 12 && r > 40, `${r} ${g} ${b}`);
+  const red = await pictureAfter(page, () => drop(page, [at("ball.mtl"), at("ball.obj")]));
+  check("with its materials it looks otherwise", red.checksum !== grey.checksum, await said(page, /1 material/));
+  await page.waitForFunction(() => !document.getElementById("message").textContent);
+  const [r2, g2] = await middleOf();
+  check("it is red", r2 > 2 * g2, `${r2} ${g2}`);
+  await page.waitForFunction(() => parseInt(document.getElementById("samples").textContent, 10) >= 16, { timeout: 20000 });
+  await page.screenshot({ path: "out/web-files.png" });
+  await refused("a model that is refused leaves this one", [at("lines.obj")], /line 2: a face names vertex 1 of 1|vertex 2 of 1/);
+  // An image: of one colour, then cut in two.
+  const image = await page.evaluate(() => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 2000, height: 500 }), pen = canvas.getContext("2d");
+    pen.fillStyle = "#00c000";
+    pen.fillRect(0, 0, 2000, 500);
+    return canvas.toDataURL().replace(/^.*,/, "");
+  });
+  write("flat.obj", "mtllib flat.mtl", "v -1 0 0", "v 1 0 0", "v 1 2 0", "v -1 2 0", "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1",
+    "usemtl flat", "f 1/1 2/2 3/3 4/4");
+  write("flat.mtl", "newmtl flat", "Kd 1 1 1", "map_Kd green.png");
+  const flat = ["flat.mtl", "flat.obj", "green.png"].map(at);
+  for (const [sentence, bytes, told, good] of [
+    ["an image is seen", Buffer.from(image, "base64"), /^flat\.obj: 2 triangles, 1 material$/, ([x, y]) => y > 100 && y > 3 * x],
+    ["one that ends early is not", Buffer.from(image, "base64").subarray(0, 200), /; not used: textures$/, ([x, y]) => Math.abs(x - y) < 12]]) {
+    fs.writeFileSync(at("green.png"), bytes);
+    await pictureAfter(page, () => drop(page, flat));
+    await page.waitForFunction(() => !document.getElementById("message").textContent);
+    const colour = await middleOf();
+    check(sentence, told.test(await text(page, "#model-said")) && good(colour), `${await text(page, "#model-said")}: ${colour.slice(0, 3)}`);
+  }
+  const again1 = await pictureAfter(page, () => drop(page, [at("ball.mtl"), at("ball.obj")]));
+  check("the first model, dropped again, is the picture of before", again1.checksum === red.checksum);
+  const room = (code) => Promise.all(page.workers().map((one) => one.evaluate(code)));
+  await room("room = module._web_model_room, module._web_model_room = () => 0");
+  const stays = await pictureAfter(page, () => drop(page, [at("wedge.stl")]));
+  check("one for which memory is lacking, too", stays.checksum === red.checksum &&
+    await page.$eval("#scene", (it) => it.selectedOptions[0].text) === "ball.obj", await said(page, /^wedge\.stl is refused: there is not/));
+  await room("module._web_model_room = room");
+  const wider = await pictureAfter(page, () => page.$eval("#light", (it) => {
+    it.value = 4;
+    it.dispatchEvent(new Event("change", { bubbles: true }));
+  }));
+  check("a wider light is another picture", wider.checksum !== red.checksum);
+
+  // By keys alone: to the button, whose dialog the browser fills.
+  await page.focus("#scene");
+  await page.keyboard.press("Tab");
+  check("Tab comes to the button that chooses files", await page.evaluate(() => document.activeElement.id) === "files");
+  const chosen = await pictureAfter(page, async () => {
+    let chooser = null; // a busy machine may lose it
+    for (let i = 0; i < 3 && !chooser; i++)
+      [chooser] = await Promise.all([page.waitForFileChooser({ timeout: 9000 }).catch(() => null), page.keyboard.press("Enter")]);
+    await chooser.accept([at("wedge.stl")]);
+  });
+  check("a file that is chosen is seen", chosen.checksum !== wider.checksum, await said(page, /^wedge\.stl: 1 triangle$/));
+  const turned = await pictureAfter(page, () => page.click("#up"));
+  check("with its y axis up it is another picture", turned.checksum !== chosen.checksum);
+  const again = await pictureAfter(page, () => page.select("#scene", "rtrt"));
+  check("a scene of the page comes back, and the sentence goes", again.settings.time === 0 && await text(page, "#model-said") === "");
+  await checkLook(page, "the page with a model");
+  check("nothing but the page's own scripts is asked for", asked.every((it) => /^GET \/(reader|files|worker)\.js$/.test(it)),
+    [...new Set(asked)].join(", "));
+  await page.close();
+  const narrow = await open("#mode=rcs", { width: 390, height: 844, touch: true });
+  await firstPicture(narrow);
+  await pictureAfter(narrow, () => drop(narrow, [at("ball.mtl"), at("ball.obj")]));
+  await checkLook(narrow, "390 wide");
+  await narrow.screenshot({ path: "out/web-files-390.png", fullPage: true });
+  await narrow.close();
+  fs.rmSync(there, { recursive: true });
 }
 
 async function drag(page, from, by, fingers = 1) { // by touch; a second finger stays where it is
@@ -450,7 +584,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, touch, wide, walk, links, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, links, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

@@ -5,6 +5,7 @@
 // Pictures are made by workers, band by band (worker.js). This page sums up passes, and shows them. A band's floats depend on
 // what was asked for alone, not on who made it or when.
 import { byId, given, moduleCode } from "./page.js";
+import { modelOf } from "./files.js";
 
 const SAMPLES = 2; // of a pixel and pass: a single one would lie in the middle each time, but in DRT
 const MOST_PASSES = 128;
@@ -12,11 +13,13 @@ const LOOP_SECONDS = 10; // of the animation
 const PREVIEW_MS = 1000 / 15;
 const BAND_MS = 80; // how long the user may have to wait for a worker; each band costs some milliseconds by itself
 const FAINT = 1 / 20; // what a ray can add at most that may be left out while things move
+const READ_SECONDS = 60; // after which a file is given up
+const MOST_COPIED = 4e6; // triangles of a model, of all workers
 const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKTRT_ERROR_BLOCK
 
 const control = Object.fromEntries(
   ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "faint", "packet", "workers",
-    "over", "strength"].map((id) => [id, byId(id)]));
+    "over", "strength", "files", "up"].map((id) => [id, byId(id)]));
 const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
 const show = (id, text) => { byId(id).textContent = text; };
@@ -26,7 +29,7 @@ const say = (text) => show("message", text);
 
 let camera = null;      // eye, target, fov in degrees
 let firstCamera = null; // the scene's own, as the worker tells it, with aperture and focus
-let cameraScene = -1;   // whose that is
+let cameraScene = "";   // whose that is
 
 const sub = (a, b) => a.map((x, i) => x - b[i]);
 const add = (a, b, s) => a.map((x, i) => x + s * b[i]);
@@ -68,13 +71,15 @@ let seen = "";       // the scene of which there has been a picture
 let jobs = [];       // pictures that are being made, the oldest first: two where things move, so that no worker waits
 let jobsBegun = 0;
 
-const wanted = () => `${control.scene.selectedIndex} ${control.light.value}`;
+const isModel = () => control.scene.value === "model";
+const wantedScene = () => (isModel() ? `model ${model.number}` : control.scene.value);
+const wanted = () => `${wantedScene()} ${control.light.value}`;
 const paused = () => document.hidden || section.hidden;
 
 function setWorkers(count) {
   while (workers.length > count) workers.pop().thread.terminate();
   while (workers.length < count) {
-    const one = { thread: new Worker("worker.js"), scene: "", busy: true };
+    const one = { thread: new Worker("worker.js"), scene: "", before: "", cannot: "", busy: true };
     workers.push(one);
     one.thread.onmessage = ({ data }) => take(one, data);
     one.thread.onerror = (event) => say(`A worker failed: ${event.message}`);
@@ -95,16 +100,17 @@ function nextJob() {
   return waits();
 }
 
-// Gives work to all who have none.
+// Gives work to all who have none. Of a large model few have copies, for each takes about 460 bytes a triangle.
 function feed() {
   if (paused()) return;
-  const scene = wanted();
-  for (const one of workers) {
-    if (one.busy) continue;
+  const scene = wanted(), helpers = isModel() ? Math.max(1, Math.floor(MOST_COPIED / model.count)) : workers.length;
+  for (const one of workers.slice(0, helpers)) {
+    if (one.busy || one.cannot === scene) continue;
     if (one.scene !== scene) {
       if (one !== workers[0] && seen !== scene) continue;
+      one.before = one.scene;
       one.scene = scene;
-      send(one, { open: { scene: control.scene.selectedIndex, light: number("light") } });
+      send(one, { open: { scene: control.scene.selectedIndex, light: number("light"), model: isModel() ? model : null } });
     } else {
       const job = nextJob();
       if (!job) continue;
@@ -116,8 +122,14 @@ function feed() {
 
 function take(one, answer) {
   if (!workers.includes(one)) return;
-  if (answer.failed) return say(answer.failed); // it stays busy, and is asked for nothing any more
+  if (answer.failed && !(answer.opening && one.scene.startsWith("model")))
+    return say(answer.failed); // it stays busy, and is asked for nothing any more
   one.busy = false;
+  if (answer.failed) { // a model, for which memory is lacking: the worker has the scene of before
+    one.cannot = one.scene;
+    one.scene = one.before;
+    if (one === workers[0]) giveBack(one.cannot, answer.failed);
+  }
   if (answer.opened) takeScene(answer);
   const job = answer.band && jobs.find((one) => one.id === answer.id);
   if (job) takeBand(job, answer);
@@ -126,10 +138,11 @@ function take(one, answer) {
 
 // A worker that was the last to hear of a scene may tell of one that is no longer wanted.
 function takeScene({ camera: told, triangles }) {
-  if (cameraScene === control.scene.selectedIndex || workers[0].scene !== wanted()) return;
-  const keep = cameraScene < 0 ? given : new Map(); // what the address says counts once
+  if (cameraScene === wantedScene() || workers[0].scene !== wanted()) return;
+  const keep = cameraScene === "" ? given : new Map(); // what the address says counts once
+  kept = null;
   firstCamera = { eye: told.slice(0, 3), target: told.slice(3, 6), fov: told[6], aperture: told[7], focus: told[8] };
-  cameraScene = control.scene.selectedIndex;
+  cameraScene = wantedScene();
   camera = { ...firstCamera };
   if (!keep.has("aperture")) setNumber("aperture", told[7]);
   if (!keep.has("focus")) setNumber("focus", told[8] || Math.hypot(...sub(camera.eye, camera.target)));
@@ -159,7 +172,7 @@ function change() {
 }
 
 function begin() {
-  if (cameraScene !== control.scene.selectedIndex) return;
+  if (cameraScene !== wantedScene()) return;
   const [width, height] = size();
   if (!moves()) {
     if (passes < MOST_PASSES) beginPass(width, height);
@@ -411,6 +424,102 @@ function showNumbers() {
   overlay.style.opacity = control.strength.value;
 }
 
+// --- a model of the user's own ---
+
+let model = null; // of files.js, with the files that it comes from, and a number
+let models = 0;   // that there have been
+let kept = null;  // scene and model of before one that no worker has opened yet
+let reading = null, readingEnds = 0;
+
+const tell = (sentence) => show("model-said", sentence);
+
+function endReading() {
+  reading?.terminate();
+  clearTimeout(readingEnds);
+  reading = null;
+}
+
+// Reads a model from files. One that is refused leaves the scene as it is. `options` are those of readModel.
+function read(files, options) {
+  let name = "";
+  endReading();
+  try {
+    ({ name } = modelOf(files));
+  } catch (error) {
+    return tell(error.message);
+  }
+  const refuse = (sentence) => {
+    endReading();
+    tell(sentence);
+  };
+  tell(`Reading ${name}`);
+  reading = new Worker("reader.js", { type: "module" });
+  reading.onmessage = ({ data }) => {
+    if (data.refused) return refuse(data.refused);
+    endReading();
+    takeModel({ ...data.model, files, number: ++models });
+  };
+  reading.onerror = () => refuse(`${name} is refused: it cannot be read`);
+  readingEnds = setTimeout(() => refuse(`${name} is refused: to read it takes more than ${READ_SECONDS} s`),
+    1000 * READ_SECONDS);
+  reading.postMessage({ files, options });
+}
+
+function takeModel(made) {
+  kept = { scene: control.scene.value, model };
+  model = made;
+  if (control.scene.options[control.scene.length - 1].value !== "model") control.scene.add(new Option("", "model"));
+  nameModel("model");
+  say(`Building: ${model.name}`);
+  change();
+}
+
+// Chooses a scene, once it is clear whose name the model's option has.
+function nameModel(scene) {
+  const option = control.scene.options[control.scene.length - 1];
+  if (option.value === "model" && model) option.text = model.name;
+  else if (option.value === "model") option.remove();
+  control.scene.value = scene;
+  sayModel();
+}
+
+function sayModel() {
+  tell(isModel() ? model.said : "");
+  byId("up-shown").hidden = !isModel();
+  if (isModel()) control.up.checked = model.zUp;
+}
+
+// The first worker cannot open a model: if it is the one at hand, the scene of before comes back.
+function giveBack(scene, sentence) {
+  if (!kept || scene !== wanted()) return say(sentence);
+  const { name } = model;
+  model = kept.model;
+  nameModel(kept.scene);
+  kept = null;
+  tell(`${name} is refused: ${sentence}`);
+  say("");
+  change();
+}
+
+const dropped = (on) => (event) => {
+  if (!event.dataTransfer?.types.includes("Files")) return;
+  event.preventDefault();
+  section.classList.toggle("dropping", on);
+};
+addEventListener("dragover", dropped(true));
+addEventListener("dragleave", dropped(false));
+addEventListener("drop", (event) => {
+  dropped(false)(event);
+  if (!event.dataTransfer.files.length) return;
+  byId("tab-look").click();
+  read([...event.dataTransfer.files], {});
+});
+control.files.addEventListener("change", () => {
+  if (control.files.files.length) read([...control.files.files], {});
+  control.files.value = ""; // so that the same one can be chosen again
+});
+control.up.addEventListener("change", () => read(model.files, { zUp: control.up.checked }));
+
 function fit() {
   const [width, height] = size();
   for (const canvas of [picture, overlay]) canvas.width = width, canvas.height = height;
@@ -537,7 +646,7 @@ byId("controls").addEventListener("input", ({ target }) => {
 });
 byId("controls").addEventListener("change", ({ target }) => {
   showNumbers();
-  if (target === control.strength) return;
+  if ([control.strength, control.files, control.up].includes(target)) return;
   labelledAt = 0;
   if (target === control.animate) ticked = performance.now();
   if (target === control.workers) {
@@ -548,7 +657,10 @@ byId("controls").addEventListener("change", ({ target }) => {
     fit();
     jobs = [];
   }
-  if (target === control.scene) say(`Building: ${control.scene.selectedOptions[0].text}`);
+  if (target === control.scene) {
+    say(`Building: ${control.scene.selectedOptions[0].text}`);
+    sayModel();
+  }
   if (target.type !== "range" || target === control.light) change();
 });
 

@@ -40,7 +40,7 @@ export function moduleCode() {
 export const given = new URLSearchParams(/^#walk\b/.test(location.hash) ? "tab=walk" : location.hash.slice(1));
 for (const [id, value] of given) {
   const control = byId(id);
-  if (!control || !("value" in control)) continue;
+  if (!control || !("value" in control) || control.type === "file") continue;
   if (control.type === "checkbox") control.checked = value !== "0";
   else if (!control.options || [...control.options].some((one) => one.value === value)) control.value = value;
 }

@@ -1,7 +1,7 @@
 /* Pictures for a web page: what its workers ask of the library. Each worker has a module of its own, hence a scene of its
    own, and no two share memory; the bits are the same everywhere, so a picture may be made by all of them, band by band.
 
-   web_open, web_resize, then for each picture web_pose, web_camera, web_settings and web_render_band, whose floats stand
+   web_open or web_open_model, web_resize, then for each picture web_pose, web_camera, web_settings and web_render_band, whose floats stand
    where web_pixels says. Functions that may fail return 0 if they have not; web_error has the sentence. */
 #include "web.h"
 
@@ -11,6 +11,8 @@
 static struct {
   scene built_in;
   pktrt_scene *world; /* in the pose of time and shutter */
+  bool from_file;     /* the world is a model that stands still; of the built-in scene the camera alone is there */
+  double triangles;
   double time, shutter;
   pktrt_render_desc view; /* but for what a band brings along */
   float *cost;            /* of each pixel */
@@ -54,6 +56,7 @@ static int build(double time, double shutter) {
 WEB_EXPORT int web_open(unsigned number, double light_size) {
   pktrt_scene_destroy(web.world); /* first, so that two scenes need not be there at once */
   web.world = NULL;
+  web.from_file = false;
   scene_free(&web.built_in);
   if (!scene_make(web_scene_name(number), &web.built_in)) return fail("no such scene, or not enough memory for it");
   if (light_size > 0) scene_resize_lights(&web.built_in, light_size);
@@ -61,13 +64,32 @@ WEB_EXPORT int web_open(unsigned number, double light_size) {
   memcpy(web.view.background, web.built_in.background, sizeof web.view.background);
   memcpy(web.view.ambient, web.built_in.ambient, sizeof web.view.ambient);
   web.view.environment = web.built_in.environment;
+  web.triangles = (double)scene_triangles(&web.built_in);
   return build(0, 0);
+}
+
+/* Opens the model that web_model_room has been filled with. If that fails, the scene of before stays. */
+WEB_EXPORT int web_open_model(double light_size) {
+  pktrt_render_desc view = web.view;
+  double triangles = 0;
+  pktrt_scene *const made = web_model_scene(light_size > 0 ? light_size : 1, &view, &triangles);
+  if (!made) return fail("there is not enough memory for the model");
+  pktrt_scene_destroy(web.world);
+  scene_free(&web.built_in);
+  web.world = made;
+  web.view = view;
+  web.built_in.camera = view.camera;
+  web.triangles = triangles;
+  web.from_file = true;
+  web.time = web.shutter = 0;
+  return 0;
 }
 
 /* Lets things move to where they are at `time`, a part of the animation, by a refit. While the shutter is open, for a part
    of the animation too, what moves has two keys: opening and shutting it builds everything anew. */
 WEB_EXPORT int web_pose(double time, double shutter) {
   if (!web.world) return fail("there is no scene");
+  if (web.from_file) return 0;
   if ((shutter > 0) != (web.shutter > 0)) return build(time, shutter);
   if (time == web.time && shutter == web.shutter) return 0;
   if (scene_pose(web.world, &web.built_in, time, shutter) != PKTRT_OK) return fail("not enough memory for the pose");
@@ -138,7 +160,7 @@ WEB_EXPORT const float *web_first_camera(void) {
   return told;
 }
 
-WEB_EXPORT double web_triangles(void) { return (double)scene_triangles(&web.built_in); }
+WEB_EXPORT double web_triangles(void) { return web.triangles; }
 
 /* FNV-1a over the bits of all pixels, in hexadecimal digits: that of build/render for the same picture. */
 WEB_EXPORT const char *web_checksum(void) {

@@ -16,7 +16,14 @@
 pktrt_scene *web_scene(void);
 const pktrt_render_desc *web_view(void);
 
+/* web_file.c: a scene of the model that waits there, how it is looked at, and how many triangles it has, the floor apart.
+   The model waits no more, whatever comes of it. NULL: there is not enough memory, or no model. */
+pktrt_scene *web_model_scene(double light_size, pktrt_render_desc *view, double *triangles);
+WEB_EXPORT float *web_model_room(unsigned triangles, unsigned materials, unsigned textured);
+WEB_EXPORT uint32_t *web_image_room(unsigned width, unsigned height);
+
 WEB_EXPORT int web_open(unsigned number, double light_size);
+WEB_EXPORT int web_open_model(double light_size);
 WEB_EXPORT int web_pose(double time, double shutter);
 WEB_EXPORT int web_resize(unsigned width, unsigned height);
 WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double target_x, double target_y, double target_z,

@@ -1,7 +1,8 @@
 // Renders bands of pictures: one of several workers, each with a module and a scene of its own. Requests are those of
-// look.js, one at a time: {code} the compiled module, {open} a scene, {band} some rows of a picture. What it cannot do it
+// look.js, one at a time: {code} the compiled module, {open} a scene or a model, {band} some rows of a picture. What it cannot do it
 // says in {failed}.
 "use strict";
+const MATERIAL_WORDS = 13; // as in files.js
 importScripts("pktrt.js");
 
 let module = null;
@@ -26,9 +27,25 @@ function floats(pointer, count) {
   return module.HEAPF32.slice(pointer >> 2, (pointer >> 2) + count);
 }
 
-function open({ scene, light }) {
+// Opens a scene of a number, or if there is one, a model as files.js makes it. One that cannot be opened leaves the scene
+// of before.
+function open({ scene, light, model }) {
+  if (model) {
+    const { points, normals, words, materials, texcoords, images } = model;
+    let at = module._web_model_room(model.count, words.length / MATERIAL_WORDS, texcoords !== null) >> 2;
+    if (!at) throw new Error("there is not enough memory for the model");
+    for (const values of [points, normals, words, materials, texcoords ?? []]) {
+      (values === materials ? module.HEAPU32 : module.HEAPF32).set(values, at);
+      at += values.length;
+    }
+    for (const { width, height, pixels } of images) {
+      const room = module._web_image_room(width, height) >> 2;
+      if (!room) throw new Error("there is not enough memory for its images");
+      module.HEAPU32.set(pixels, room);
+    }
+  }
+  must(model ? module._web_open_model(light) : module._web_open(scene, light));
   shutterOpen = false;
-  must(module._web_open(scene, light));
   return { opened: true, camera: [...floats(module._web_first_camera(), 9)], triangles: module._web_triangles() };
 }
 
@@ -62,6 +79,6 @@ onmessage = async ({ data }) => {
     const moved = [answer.pixels, answer.cost].filter(Boolean).map((array) => array.buffer);
     postMessage({ ...answer, id: data.id }, moved);
   } catch (error) {
-    postMessage({ failed: error.message || String(error), id: data.id });
+    postMessage({ failed: error.message || String(error), id: data.id, opening: Boolean(data.open) });
   }
 };

@@ -124,7 +124,7 @@ pktrt_material fuzz_material(feed *b, bool *good) {
   pktrt_material m;
   memset(&m, 0, sizeof m);
   const uint32_t kind = take_u8(b), odd = take_u8(b);
-  m.specular = (pktrt_specular)((int)(kind % 8) - (kind % 8 == 7 ? 8 : 0)); /* 5, 6 and -1 are none */
+  m.specular = (pktrt_specular)((int)(kind % 8) - (kind % 8 == 7 ? 8 : 0)); /* 6 and -1 are none */
   m.lobe = (pktrt_lobe)(kind / 8 % 4 == 3 ? -1 : (int)(kind / 8 % 4));
   for (int a = 0; a < 3; a++) {
     m.albedo[a] = (float)take_below(b, 9) / 16, m.reflectance[a] = (float)take_below(b, 9) / 16;
@@ -132,12 +132,15 @@ pktrt_material fuzz_material(feed *b, bool *good) {
     m.absorption[a] = (float)take_u8(b) / 32, m.emission[a] = (float)take_u8(b) / 16;
   }
   m.exponent = (float)(take_u8(b) * take_u8(b));
-  float *const fields[] = {m.albedo, m.reflectance, m.ior, m.extinction, m.absorption, m.emission, &m.exponent};
-  if (odd) fields[odd % 7][odd % 7 < 6 ? odd / 7 % 3 : 0] = take_float(b);
+  m.transmission = (float)(kind / 32) / 7, m.transparency = (float)(kind / 32) / 8, m.blend = kind >= 128;
+  float *const fields[] = {m.albedo,   m.reflectance, m.ior,           m.extinction,   m.absorption,
+                           m.emission, &m.exponent,   &m.transmission, &m.transparency};
+  if (odd) fields[odd % 9][odd % 9 < 6 ? odd / 9 % 3 : 0] = take_float(b);
   *good = (int)m.specular >= 0 && m.specular < PKTRT_SPECULAR_COUNT && (int)m.lobe >= 0 && m.lobe <= PKTRT_LOBE_PHONG &&
           within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) && within(m.ior, 3, 0, 1e6f) &&
           within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) &&
-          within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f);
+          within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f) && within(&m.transmission, 1, 0, 1) &&
+          within(&m.transparency, 1, 0, 1);
   for (int a = 0; a < 3 && m.specular == PKTRT_SPECULAR_MIRROR; a++)
     *good &= m.albedo[a] + m.reflectance[a] <= 1.00001f;
   return m;

@@ -8,6 +8,7 @@ static FILE *said; /* what the examples say to standard error */
 
 #include "fuzz.h"
 
+#define IMAGE_NO_STB /* the tests of pictures have it */
 #include "../../examples/mesh_file.h"
 
 static char path[64];

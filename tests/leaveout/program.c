@@ -262,6 +262,9 @@ static void shader(void *user, const pktrt_points *p, float *radiance[3]) {
 static void textured(request *r) { r->object.material = 1, r->look.texture = striped; }
 static void drawn_by_texcoords(request *r) { textured(r), with_texcoords(r), r->look.texture = drawn; }
 static void cut_out(request *r) { textured(r), r->look.texture = cut, r->look.cutout = true; }
+static void thin(request *r) { glass(r), r->look.specular = PKTRT_SPECULAR_THIN; }
+static void stained(request *r) { thin(r), r->look.texture = striped; }
+static void blended(request *r) { r->object.material = 1, r->look.blend = true, r->look.transparency = 0.5f; }
 static void shaded(request *r) { r->object.material = 1, r->look.shader = shader; }
 static void quad_light(request *r) {
   r->light.kind = PKTRT_LIGHT_QUAD; /* that faces down */
@@ -310,6 +313,9 @@ static void try_pictures(void) {
   try_case("PKTRT_NO_TEXTURES", "shader", shaded);
   try_case("PKTRT_NO_SURFACES PKTRT_NO_TEXTURES", "texture by texcoords", drawn_by_texcoords);
   try_case("PKTRT_NO_SURFACES PKTRT_NO_TEXTURES", "cutout", cut_out);
+  try_case("PKTRT_NO_DIELECTRIC", "thin sheet", thin);
+  try_case("PKTRT_NO_DIELECTRIC PKTRT_NO_SURFACES PKTRT_NO_TEXTURES", "stained glass", stained);
+  try_case("PKTRT_NO_SURFACES", "blend", blended);
   try_case("PKTRT_NO_AREA_LIGHTS", "quad light", quad_light);
   try_case("PKTRT_NO_AREA_LIGHTS", "sphere light", sphere_light);
   try_case("PKTRT_NO_AREA_LIGHTS", "mesh light", mesh_light);

@@ -1,33 +1,11 @@
 /* What C gets from pktrt.h of the arrays in the current directory, for tests/python/test.py, which asks the same from
    Python. Reads positions0, triangles0, positions1 (two keys), triangles1 and rays; writes an array for each call. */
 #include "../../pktrt.h"
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "arrays.h"
+
 enum { WIDTH = 48, HEIGHT = 32 };
-
-static void fail(const char *what, const char *why) {
-  fprintf(stderr, "answers: %s: %s\n", what, why);
-  exit(1);
-}
-
-static void *load(const char *name, size_t size, size_t *count) {
-  FILE *file = fopen(name, "rb");
-  if (!file || fseek(file, 0, SEEK_END)) fail(name, "cannot be read");
-  const long bytes = ftell(file);
-  void *to = malloc((size_t)bytes + 1);
-  rewind(file);
-  if (!to || fread(to, 1, (size_t)bytes, file) != (size_t)bytes) fail(name, "cannot be read to its end");
-  fclose(file);
-  *count = (size_t)bytes / size;
-  return to;
-}
-
-static void save(const char *name, const void *from, size_t bytes) {
-  FILE *file = fopen(name, "wb");
-  if (!file || fwrite(from, 1, bytes, file) != bytes || fclose(file)) fail(name, "cannot be written");
-}
 
 static void add(pktrt_scene *s, const char *positions, const char *triangles, uint32_t keys, uint32_t material) {
   pktrt_mesh_desc mesh;
@@ -99,6 +77,19 @@ static void save_layout(void) {
   if (fclose(file)) fail("layout", "cannot be written");
 }
 
+/* The trees, and the root of each at half of the time. */
+static void save_trees(const pktrt_scene *s) {
+  static pktrt_tree tree[99];
+  static pktrt_node root[99];
+  uint32_t n = 0;
+  while (n < 99 && pktrt_get_tree(s, n, &tree[n])) {
+    pktrt_get_node(s, n, 0, 0.5f, &root[n]);
+    n++;
+  }
+  save("trees", tree, n * sizeof *tree);
+  save("roots", root, n * sizeof *root);
+}
+
 int main(void) {
   size_t n;
   const pktrt_ray *ray = (const pktrt_ray *)load("rays", sizeof *ray, &n);
@@ -130,6 +121,7 @@ int main(void) {
   save("after", single, n * sizeof *single);
   save_picture(s);
   save_sentences(s);
+  save_trees(s);
   save_layout();
   pktrt_scene_destroy(s);
   return 0;

@@ -1,11 +1,14 @@
 """Compares examples/python/pktrt.py with C, bit for bit: queries, pictures, sentences; looks at addresses and at
-Python's lock. Each check has a control that must fail.
+Python's lock; installs it by pip. Each check has a control that must fail.
 
 usage: test.py BUILD      the folder of render, python/answers and python/scene.so
        test.py BUILD --picture SCENE MODE WIDTH HEIGHT     prints the checksum, which build/render has, too"""
 import ctypes
 import gc
+import importlib.util
+import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import threading
@@ -143,6 +146,11 @@ check(not same(lifted, hits), "a mesh that is deformed is hit elsewhere")
 world.set_positions(0, positions0)
 world.refit()
 check(same(world.intersect(rays), hits), "and where it was when it is back")
+trees = world.trees()
+roots = np.array([world.node(k, 0, 0.5) for k in range(len(trees))])
+check(same(trees, from_c("trees", pktrt.TREE)) and same(roots, from_c("roots", pktrt.NODE)) and len(trees) == 2,
+      "trees and their roots are those that C sees")
+check(not same(np.array([world.node(k, 0, 0) for k in range(len(trees))]), roots), "control: at another time others")
 
 # --- the same pictures ---
 
@@ -163,6 +171,201 @@ want, got = told.split("checksum ")[1][:16], picture("conference", "wrt", 40, 30
 check(got == want, f"a picture of a built-in scene: {got}, by build/render {want}")
 check(picture("conference", "wrt", 40, 30, ambient=[0, 0, 0]) != want,
       "control: with other light it has another checksum")
+
+# --- a notebook's scene: images, instances, lights and materials that change ---
+
+
+def turned(degrees, x):
+    """A (3, 4) matrix that turns about y and moves along x."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, 0, s, x], [0, 1, 0, 0.5], [-s, 0, c, 0]])
+
+
+edge = np.linspace(-4, 4, 9)
+given = dict(
+    floor=np.stack(np.broadcast_arrays(edge, numbers.uniform(-1, 0, (9, 9)), edge[:, None]), axis=-1).reshape(-1, 3),
+    floor_texcoords=numbers.uniform(-2, 2, (81, 2)), floor_materials=numbers.integers(5, size=128),
+    body=np.array([[0.5, -0.5, -0.5], [-0.5, 0.5, -0.5], [-0.5, -0.5, 0.5], [0.5, 0.5, 0.5]]),
+    body_triangles=np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+    places=[turned(0, -1), turned(120, -1)], places_later=[turned(0, -2), turned(170, 1)], place=turned(30, 1.5),
+    camera_places=numbers.uniform(-10, 70, (500, 2)), camera_lens=numbers.random((500, 2)),
+    camera_times=numbers.random(500),
+    image_albedo=numbers.integers(256, size=(6, 7, 3)), image_grey=numbers.integers(256, size=(5, 5)),
+    image_shine=numbers.integers(256, size=(3, 4, 3)), image_rough=numbers.uniform(1, 99, (4, 2)),
+    image_leaf=numbers.integers(256, size=(9, 9)), image_glow=numbers.random((3, 3, 3)),
+    image_bumps=numbers.integers(256, size=(6, 6, 3)), image_sky=numbers.random((8, 16, 3)))
+square = np.arange(72).reshape(8, 9)[:, :8].reshape(-1, 1)
+given["floor_triangles"] = np.concatenate([square + [[0, 9, 1]], square + [[1, 9, 10]]])
+bytes_of = {name for name in given if name.startswith("image_")} - {"image_rough", "image_glow", "image_sky"}
+for name, array in given.items():
+    kind = "f8" if name == "camera_places" else "u1" if name in bytes_of else \
+        "u4" if name.endswith(("triangles", "materials")) else "f4"
+    given[name] = np.array(array).astype(kind)
+    given[name].tofile(folder / name)
+subprocess.run([BUILD / "python" / "notebook"], cwd=folder, check=True)
+
+
+def make_stage(change=0, threads=None):
+    """The scene that tests/python/notebook.c makes; change: adds to a texture, for controls."""
+    scene = pktrt.Scene(threads)
+    scene.add_material(albedo=[1, 0.9, 0.8], texture=given["image_albedo"] + np.uint8(change))
+    scene.add_material(specular=pktrt.SPECULAR_MIRROR, lobe=pktrt.LOBE_PHONG, albedo=[0.5] * 3, reflectance=[0.5] * 3,
+                       texture=dict(albedo=pktrt.Image(given["image_grey"], wrap="clamp"),
+                                    reflectance=pktrt.Image(given["image_shine"], "clamp"),
+                                    exponent=given["image_rough"]))
+    scene.add_material(albedo=[0.25, 0.5, 0], texture=dict(opacity=given["image_leaf"], emission=given["image_glow"]))
+    scene.add_material(albedo=[0.75] * 3, texture=dict(normal=given["image_bumps"]))
+    scene.add_mesh(given["floor"], given["floor_triangles"], texcoords=given["floor_texcoords"],
+                   triangle_materials=given["floor_materials"], mask=1)
+    body = dict(positions=given["body"], triangles=given["body_triangles"])
+    spare, model = scene.add_model(body), scene.add_model(body)
+    scene.remove_model(spare)
+    scene.add_instance(model, given["places"], mask=2, interpolation=pktrt.INTERPOLATION_RIGID)
+    scene.set_transform(scene.add_instance(model, mask=4), given["place"])
+    scene.commit()
+    scene.set_transforms(0, given["places_later"])
+    scene.refit()
+    lamp = dict(kind=pktrt.LIGHT_POINT, position=[0, 5, 0], intensity=[90, 90, 90])
+    first, second = scene.add_light(**lamp), scene.add_light(**lamp)
+    scene.remove_light(first)
+    scene.set_light(second, kind=pktrt.LIGHT_ENVIRONMENT, intensity=[1, 0.5, 1])
+    return scene
+
+
+stage, sky = make_stage(), pktrt.Image(given["image_sky"])
+moved = make_stage(change=1)
+moved.set_transforms(0, given["places"])
+moved.set_transform(1, np.eye(3, 4))
+moved.refit()
+there = stage.intersect(rays)
+check(same(there, from_c("staged", pktrt.HIT)), "hits of instances that turn are what C gets")
+check(not same(moved.intersect(rays), there), "control: they turn elsewhere")
+everything, counts = stage.intersect_all(rays, 3)
+check(same(everything.ravel(), from_c("all", pktrt.HIT)) and same(counts, from_c("counts", np.uintp)) and
+      counts.max() > 3, "all crossings and their numbers are what C gets")
+check(not same(moved.intersect_all(rays, 3)[0], everything), "control: other crossings")
+nearest = stage.closest_point(rays["origin"], 2, rays["time"], mask=3)
+check(same(nearest, from_c("closest", pktrt.CLOSEST)) and len(set(nearest["mesh"])) == 3, "so are the nearest points")
+check(not same(stage.closest_point(rays["origin"], 2, rays["time"]), nearest), "control: by another mask others")
+winding = stage.winding(1, rays["origin"], rays["time"])
+check(same(winding, from_c("winding", "i4")) and set(winding) == {0, 1}, "so is what is inside a body that turns")
+check(not same(stage.winding(2, rays["origin"], rays["time"]), winding), "control: inside another body")
+work = pktrt.stats()
+query = dict(mask=4, path=pktrt.PATH_PAPER, stats=work, type=pktrt.RAY_OTHER)
+masked = stage.intersect(rays, **query)
+check(same(masked, from_c("masked", pktrt.HIT)) and same(stage.occluded(rays, **query), from_c("masked_blocked", bool)),
+      "queries by a mask and a path are what C gets")
+check(same(work, from_c("stats", pktrt.STATS).reshape(())) and work["by_type"][pktrt.RAY_OTHER]["rays"] > N,
+      "and so is the work they count")
+check(not same(masked, there) and not same(pktrt.stats(), work), "control: without a mask others, and no work")
+leaving = stage.spawn_at(there["mesh"], there["triangle"], there["u"], there["v"], rays["direction"], rays["time"])
+check(same(leaving, from_c("left", pktrt.RAY)), "rays from points of triangles are what C gets")
+check(not same(stage.spawn_at(0, there["triangle"], there["u"], there["v"], rays["direction"]), leaving),
+      "control: from those of one mesh others")
+infos = from_c("mesh_infos", pktrt.MESH_INFO)
+check(all(same(stage.mesh_info(k), infos[k]) for k in (0, 1)) and stage.mesh_info(1)["closed"] and
+      not stage.mesh_info(0)["closed"], "what meshes are is what C gets")
+check(stage.mesh_source(2) == (1, 0) and stage.mesh_source(0) is None, "and where they come from")
+
+camera = dict(eye=[1, 2, 6], eye_end=(2, 2, 6), fov_y=50, aperture=0.5, moving=True)
+through = (*given["camera_places"].T, given["camera_lens"], given["camera_times"])
+check(same(pktrt.camera_ray(64, 48, camera, *through), from_c("camera_rays", pktrt.RAY)),
+      "rays of a camera that moves are what C gets")
+check(not same(pktrt.camera_ray(64, 48, {**camera, "aperture": 0.25}, *through), from_c("camera_rays", pktrt.RAY)),
+      "control: of a smaller lens others")
+middles = pktrt.camera_ray(6, 4, camera)
+check(middles.shape == (4, 6) and same(middles[1, 2], pktrt.camera_ray(6, 4, camera, 2.5, 1.5)),
+      "without places they go through the middles of pixels")
+drawn = pktrt.samples(64, 5, pktrt.SAMPLER_HALTON, seed=9, pixel=(3, 4))
+check(same(drawn.ravel(), from_c("set", "f4")), "samples are what C gets")
+check(not same(pktrt.samples(64, 5, pktrt.SAMPLER_HALTON, seed=8, pixel=(3, 4)), drawn), "control: another seed")
+pairs = drawn[:, :2]
+check(same(pktrt.map_disk(pairs).ravel(), from_c("disk", "f4")) and
+      same(pktrt.map_sphere(pairs).ravel(), from_c("sphere", "f4")) and
+      same(pktrt.map_cosine(pairs, [0.6, 0, 0.8]).ravel(), from_c("cosine", "f4")),
+      "and so are disks, spheres and hemispheres made of them")
+check(not same(pktrt.map_cosine(pairs, [0, 0, 1]).ravel(), from_c("cosine", "f4")), "control: another hemisphere")
+lobes = pktrt.map_phong(pairs, [0.6, 0, 0.8], 20 * drawn[:, 2])
+check(same(lobes.ravel(), from_c("phong", "f4")), "and Phong lobes")
+check(not same(pktrt.map_phong(pairs, [0.6, 0, 0.8], 20), lobes), "control: of another exponent others")
+check(same(pktrt.fresnel(drawn[:, 0], 1.5), from_c("glass", "f4")) and
+      same(pktrt.fresnel(drawn[:, 0], drawn[:, 1], 3), from_c("metal", "f4")),
+      "what glass and metal reflect is what C gets")
+check(not same(pktrt.fresnel(drawn[:, 0], drawn[:, 1]), from_c("metal", "f4")), "control: without extinction less")
+by_columns, by_c = np.arange(16, dtype="f4"), np.empty((3, 4), "f4")
+pktrt.lib.pktrt_transform_from_4x4(ffi.from_buffer("float[]", by_columns), ffi.from_buffer("float[]", by_c))
+check(same(pktrt.transform_from_4x4([by_columns, by_columns])[1], by_c),
+      "matrices by columns become those of instances")
+
+camera = dict(eye=[1, 3, 6], projection=pktrt.PROJECTION_ORTHOGRAPHIC, width=9, shutter=1, shift=[0.1, 0])
+parallel = dict(mode=pktrt.MODE_DRT, samples=2, passes=3, camera=camera)
+stage.prepare_environment(sky)
+maps = ("pixel_error", "block_error", "report")
+pixels, error, blocks, told = stage.render(48, 32, maps, environment=sky, **parallel)
+check(same(pixels.ravel(), from_c("stage", "f4")), "a picture with images has the bits that C's has")
+check(same(error.ravel(), from_c("pixel_error", "f4")) and same(blocks.ravel(), from_c("block_error", "f4")),
+      "and so have maps of its error")
+by_c = from_c("report", pktrt.REPORT)[0]
+check(all(same(told[name], by_c[name]) for name in pktrt.REPORT.names if name != "seconds") and told["rmse"] > 0,
+      "and so has its report")
+check(not same(moved.render(48, 32, environment=sky, **parallel), pixels), "control: another image")
+for name in ("image_grey", "image_shine", "image_rough", "image_leaf", "image_glow", "image_bumps"):
+    was, given[name] = given[name], given[name][::-1].copy()
+    check(not same(make_stage().render(48, 32, environment=sky, **parallel), pixels), f"control: {name} upside down")
+    given[name] = was
+check(not same(stage.render(48, 32, environment=given["image_sky"][::-1], **parallel), pixels),
+      "control: the sky upside down")
+by_itself = make_stage(threads=1)
+check(same(by_itself.intersect(rays), there), "one thread gets the same hits")
+check(same(pktrt.to_srgb8(pixels, 1.5, pktrt.TONE_CURVE).ravel(), from_c("codes", "u1")), "bytes are what C gets")
+check(not same(pktrt.to_srgb8(pixels).ravel(), from_c("codes", "u1")), "control: without exposure others")
+described = stage.report_text(width=48, height=32, environment=sky, **parallel)
+check(described == (folder / "text").read_text() and "instances" in described, "the text of a report is what C gets")
+check(stage.report_text() != described, "control: that of queries is another")
+stage.set_material(1, albedo=[0.5, 0, 0])
+check(same(stage.render(48, 32, environment=sky, **parallel).ravel(), from_c("repainted", "f4")),
+      "a material that is replaced looks as it does in C")
+canvas = np.empty((32, 48, 3), "f4")
+check(stage.render(48, 32, out=canvas, environment=sky, **parallel) is canvas and
+      same(canvas.ravel(), from_c("repainted", "f4")), "a picture is written where one says")
+
+live = np.full((2, 2, 3), 0.25, "f4")
+window = pktrt.Scene(1)
+wall = dict(positions=[[-9, -9, -1], [9, -9, -1], [0, 9, -1]], texcoords=[[0, 0], [1, 0], [0, 1]])
+window.add_mesh(**wall, material=window.add_material(texture=dict(emission=live)))
+window.commit()
+lit = window.render(2, 2, camera=dict(target=[0, 0, -1]))
+live[...] = 0.5
+check((lit == 0.25).all() and (window.render(2, 2, camera=dict(target=[0, 0, -1])) == 0.5).all(),
+      "float32 images are used where they lie")
+edges = np.eye(3, dtype="f4")[None, [0, 1, 2, 2]] + np.zeros((3, 1, 1), "f4")
+window = pktrt.Scene(1)
+for way, column in (([0, 0, -1], 2), ([1, 0, 0], 3), ([-1, 0, 0], 1)):
+    seen = window.render(1, 1, environment=edges, camera=dict(target=way, fov_y=0.1), samples=1)[0, 0]
+    want = (edges[0, column - 1] + edges[0, column]) / 2
+    check(np.allclose(seen, want, atol=1e-2), f"an environment has at {way} its columns {column - 1} and {column}")
+top = np.arange(1, 4, dtype="f4")[:, None] * np.ones((1, 4), "f4")
+seen = [window.render(1, 1, environment=top, camera=dict(target=way, up=[1, 0, 0], fov_y=0.1), samples=1)[0, 0, 0]
+        for way in ([0, 1, 0], [0, 0, 1], [0, -1, 0])]
+check(np.allclose(seen, [1, 2, 3], atol=1e-2), "and its upper row above")
+released = pktrt.Image(given["image_albedo"])
+holder = pktrt.Scene(1)
+painted = holder.add_material(texture=released)
+mark = weakref.ref(released)
+del released
+gc.collect()
+check(mark() is not None, "a material keeps its image")
+holder.set_material(painted, albedo=[1, 1, 1])
+gc.collect()
+check(mark() is None, "until it has another one")
+shown = pktrt.Image(given["image_sky"])
+holder.prepare_environment(shown)
+mark = weakref.ref(shown)
+del shown
+gc.collect()
+check(mark() is not None, "a scene keeps the environment that it has prepared")
+holder.prepare_environment(None)
+check(mark() is None, "until it forgets it")
 
 # --- the same structures ---
 
@@ -295,6 +498,98 @@ for call, sentence, names in (
     kind, said = outcome(call)
     check(kind in ("TypeError", "ValueError") and sentence in said and all(name in said for name in names),
           f"{sentence}, and which there are")
+
+# --- what does not fit is refused by name ---
+
+spot = np.zeros((2, 3))
+ray = pktrt.rays(spot, [0, 0, 1])
+grass = np.zeros((4, 4, 3), "u1")
+sheet = room.add_mesh(three)
+room.commit()
+wrong = (
+    ("positions", lambda: room.add_mesh("none")), ("positions", lambda: room.add_mesh([[1, 2, 3], [4, 5]])),
+    ("positions", lambda: room.add_mesh(np.zeros((2, 3), complex))), ("positions", lambda: room.add_mesh(None)),
+    ("triangles", lambda: room.add_mesh(three, [[0.5, 1, 2]])), ("triangles", lambda: room.add_mesh(three, [0, 1, 2])),
+    ("normals", lambda: room.add_mesh(three, normals=[0, 1, 0])),
+    ("texcoords", lambda: room.add_mesh(three, texcoords=three)),
+    ("triangle_materials", lambda: room.add_mesh(three, triangle_materials=[0, 0])),
+    ("material", lambda: room.add_mesh(three, material="red")), ("group", lambda: room.add_mesh(three, group=-1)),
+    ("meshes", lambda: room.add_model(three)),
+    ("material", lambda: room.add_model(dict(positions=three, material=0.5))),
+    ("model", lambda: room.add_instance("first")), ("transforms", lambda: room.add_instance(model, np.eye(4))),
+    ("interpolation", lambda: room.add_instance(model, interpolation="rigid")),
+    ("transform", lambda: room.set_transform(placed, np.eye(4))),
+    ("key", lambda: room.set_transform(placed, matrix, 0.5)),
+    ("instance", lambda: room.set_transform(1.5, matrix)),
+    ("instance", lambda: room.set_transforms(7, [matrix, matrix])),
+    ("transforms", lambda: room.set_transforms(placed, matrix)), ("mesh", lambda: room.set_positions(99, three)),
+    ("positions", lambda: room.set_positions(sheet, three[1:])),
+    ("normals", lambda: room.set_normals(sheet, "up")),
+    ("position", lambda: room.add_light(position=[1, 2])), ("edge", lambda: room.add_light(edge=[1, 0, 0])),
+    ("intensity", lambda: room.add_light(intensity="bright")), ("radius", lambda: room.add_light(radius=[1])),
+    ("light", lambda: room.set_light("sun", kind=0)), ("kind", lambda: room.set_light(0, kind="point")),
+    ("material", lambda: room.set_material(-1)), ("albedo", lambda: room.set_material(1, albedo=0.5)),
+    ("ior", lambda: room.add_material(ior=[1.5])), ("exponent", lambda: room.add_material(exponent=[1, 2])),
+    ("texture", lambda: room.add_material(texture="grass.png")),
+    ("texture", lambda: room.add_material(texture=grass[..., :2])),
+    ("texture", lambda: room.add_material(texture=np.zeros((4, 4, 4), "u1"))),
+    ("texture", lambda: room.add_material(texture=grass.astype(int))),
+    ("texture", lambda: room.add_material(texture=np.full((2, 2), np.nan))),
+    ("texture: there is no colour", lambda: room.add_material(texture=dict(colour=grass))),
+    ("texture: opacity", lambda: room.add_material(texture=dict(opacity=grass))),
+    ("texture: normal", lambda: room.add_material(texture=dict(normal=grass[..., 0]))),
+    ("user", lambda: room.add_material(texture=grass, user=ffi.NULL)),
+    ("wrap", lambda: pktrt.Image(grass, wrap="mirror")), ("coding", lambda: pktrt.Image(grass, coding="gamma")),
+    ("environment", lambda: room.render(2, 2, environment=grass[0, 0])),
+    ("environment", lambda: room.prepare_environment("sky")),
+    ("user", lambda: room.render(2, 2, environment=grass, user=1)),
+    ("width", lambda: room.render(2.5, 2)), ("height", lambda: room.render(2, "2")),
+    ("out", lambda: room.render(2, 2, out=[0])), ("out", lambda: room.render(2, 2, out=np.zeros((2, 2, 3)))),
+    ("report", lambda: room.render(2, 2, ("report",), report=ffi.NULL)),
+    ("samples", lambda: room.render(2, 2, samples=1.5)),
+    ("camera: eye", lambda: room.render(2, 2, camera=dict(eye=[0, 0]))),
+    ("camera: fov_y", lambda: room.render(2, 2, camera=dict(fov_y="wide"))),
+    ("background", lambda: room.render(2, 2, background=1)), ("origins", lambda: pktrt.rays([0, 0], [0, 0, 1])),
+    ("directions", lambda: pktrt.rays([0, 0, 0], 1)),
+    ("directions", lambda: pktrt.rays(np.zeros((2, 3)), np.ones((3, 3)))),
+    ("tmax", lambda: pktrt.rays([0, 0, 0], [0, 0, 1], tmax="far")), ("rays", lambda: room.intersect(spot)),
+    ("mask", lambda: room.intersect(ray, mask=-1)), ("stats", lambda: room.occluded(ray, stats=3)),
+    ("no field masks", lambda: room.intersect(ray, masks=1)), ("capacity", lambda: room.intersect_all(ray, 1.5)),
+    ("rays", lambda: room.intersect_all(spot, 1)), ("points", lambda: room.closest_point([1, 2])),
+    ("max_distance", lambda: room.closest_point(spot, [1, 2, 3])), ("mask", lambda: room.closest_point(spot, mask=-1)),
+    ("previous", lambda: room.intersect_after(ray, ray)), ("hits", lambda: room.surface(ray, ray)),
+    ("directions", lambda: room.spawn(ray, room.intersect(ray), [0, 0, 1])),
+    ("directions", lambda: room.spawn_at(0, 0, 0, 0, [1, 2])), ("triangle", lambda: room.spawn_at(0, 0.5, 0, 0, spot)),
+    ("u", lambda: room.spawn_at(0, 0, [0, 0, 0], 0, spot)), ("mesh", lambda: room.mesh_info("floor")),
+    ("mesh", lambda: room.winding(None, spot)), ("points", lambda: room.winding(0, 1)),
+    ("camera: up", lambda: pktrt.camera_ray(4, 4, dict(up=0))), ("lens", lambda: pktrt.camera_ray(4, 4, lens=[0.5])),
+    ("y", lambda: pktrt.camera_ray(4, 4, x=1)), ("width", lambda: pktrt.camera_ray("4", 4)),
+    ("count", lambda: pktrt.samples(0, 2)), ("seed", lambda: pktrt.samples(4, 2, seed="x")),
+    ("u", lambda: pktrt.map_disk([1, 2, 3])), ("normals", lambda: pktrt.map_cosine(np.zeros((2, 2)), [0, 1])),
+    ("exponent", lambda: pktrt.map_phong(spot[:, :2], [0, 0, 1], [1, 2, 3])),
+    ("axes", lambda: pktrt.map_phong(spot[:, :2], 1 + 1j, 1)),
+    ("eta", lambda: pktrt.fresnel([0, 1], "glass")), ("cosine", lambda: pktrt.fresnel([0, 1], [1, 2, 3])),
+    ("matrices", lambda: pktrt.transform_from_4x4(matrix)), ("index", lambda: room.node(0, 99)),
+    ("tree", lambda: room.node("root", 0)), ("time", lambda: room.node(0, 0, "noon")),
+    ("pixels", lambda: pktrt.to_srgb8([1, 2])), ("exposure", lambda: pktrt.to_srgb8(spot, exposure="dark")),
+    ("threads", lambda: pktrt.Scene(threads="many")), ("quality", lambda: pktrt.Scene(quality="high")),
+    ("mesh", lambda: room.remove_mesh("first")), ("enabled", lambda: room.set_enabled(0, "yes")),
+    ("mesh, enabled", lambda: room.set_enabled(0)))
+unnamed = [(name, kind, said) for name, (kind, said) in ((name, outcome(call)) for name, call in wrong)
+           if kind not in ("TypeError", "ValueError", "OverflowError") or name not in said]
+check(not unnamed, f"{len(wrong)} arguments that do not fit are refused by name {unnamed}")
+for words, call in (("fov_y", lambda: pktrt.camera_ray(4, 4, dict(fov_y=200))),
+                    ("radius", lambda: room.add_light(kind=pktrt.LIGHT_SPHERE, radius=-1)),
+                    ("light", lambda: room.set_light(77, kind=pktrt.LIGHT_POINT)),
+                    ("material", lambda: room.set_material(0, albedo=[1, 1, 1])),
+                    ("mesh 1234", lambda: room.mesh_info(1234)),
+                    ("render_tile", lambda: room.render_tile(ffi.new("pktrt_render_desc *"), 0, 0, 1, 1)),
+                    ("model", lambda: room.remove_model(model))):
+    kind, said = outcome(call)
+    check(kind == "Error" and words in said, f"raised: {said}")
+check(outcome(lambda: room.intersect(ray))[0] == "none" and
+      outcome(lambda: room.render(2, 2, camera=dict(eye=[0, 0, 5])))[0] == "none",
+      "control: what fits is taken, and nothing is lost")
 
 # --- callbacks ---
 
@@ -429,6 +724,49 @@ soup = np.array([len(triangles0)], "<u4").tobytes() + positions0[triangles0].ast
 (folder / "hill.tri").write_bytes(soup)
 hill = subprocess.run([*ao, folder / "hill.tri"], check=True, capture_output=True).stdout
 check(hill != first and len(set(hill)) > 50, "and another one of a .tri file")
+
+# --- the example of view factors ---
+
+if importlib.util.find_spec("matplotlib"):
+    plots = folder / "factors.png"
+    factors = [sys.executable, "-B", ROOT / "examples" / "python" / "factors.py", "--quick", plots]
+    said = subprocess.run(factors, check=True, capture_output=True, text=True).stdout
+    furthest = [float(line.split()[-6]) for line in said.splitlines() if line.endswith("standard errors off at most")]
+    check(len(furthest) == 4 and 1 < max(furthest) < 4 and plots.read_bytes()[:4] == b"\x89PNG",
+          f"factors.py: view factors are the closed forms', within {furthest} standard errors")
+else:
+    print("  test-python: there is no matplotlib (make deps-extra), factors.py is not run")
+
+# --- pip ---
+
+if all(importlib.util.find_spec(name) for name in ("pip", "setuptools", "wheel")):
+    room = BUILD / "python" / "pip"
+    shutil.rmtree(room, ignore_errors=True)
+    shutil.copytree(ROOT / "examples" / "python", room / "examples" / "python",
+                    ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
+    shutil.copy(ROOT / "pktrt.h", room)
+    bare = {name: value for name, value in os.environ.items() if not name.startswith("PKTRT_")}
+    pip = [sys.executable, "-m", "pip", "install", "--no-build-isolation", "--no-index", "--no-deps", "--quiet",
+           "--disable-pip-version-check", "--target", room / "to", "."]
+    quick = {"PIP_ROOT_USER_ACTION": "ignore", "CFLAGS": "-O1 -DPKTRT_NO_AVX2"}
+    done = subprocess.run(pip, cwd=room / "examples" / "python", env={**bare, **quick}, capture_output=True, text=True)
+    check(done.returncode == 0, f"pip installs it offline {done.stderr}")
+    program = ("import pktrt, sys; s = pktrt.Scene(); s.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]]); s.commit(); "
+               "print(pktrt.library_path, s.intersect(pktrt.rays([.25, .25, 1], [0, 0, -1]))['t'])")
+    use = [sys.executable, "-c", program]
+    # Elsewhere, without header, and with a compiler that fails.
+    shutil.rmtree(room / "examples")
+    (room / "pktrt.h").unlink()
+    away = {**bare, "PYTHONPATH": str(room / "to"), "CC": "false", "HOME": str(room)}
+    done = subprocess.run(use, cwd="/", env=away, capture_output=True, text=True)
+    check(done.returncode == 0 and str(room / "to") in done.stdout and done.stdout.endswith(" 1.0\n"),
+          f"and what it has installed needs neither compiler nor header {done.stderr}")
+    for made in (room / "to").glob("_pktrt*"):
+        made.unlink()
+    done = subprocess.run(use, cwd="/", env=away, capture_output=True, text=True)
+    check(done.returncode != 0, "control: without the library it does")
+else:
+    print("  test-python: there is no pip, setuptools or wheel (make deps-extra), nothing is installed")
 
 print(f"test-python: {checks - failures} of {checks} checks passed")
 sys.exit(failures != 0)

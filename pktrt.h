@@ -14651,7 +14651,7 @@ static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occl
   if (pktrt__too_few(n, occlusion)) return true;
   if (n >= 256) return false;
   uint32_t sides = 0;
-  for (size_t i = 0; i < 24 && sides != 63; i++) sides |= pktrt__query_side(&rays[i * n / 24]);
+  for (size_t i = 0; n >= 32 && i < 24 && sides != 63; i++) sides |= pktrt__query_side(&rays[i * n / 24]);
   if (sides == 63) return true;
   for (size_t i = 1; i < n && n < 32; i++)
     for (int a = 0; a < 3; a++)

@@ -2012,9 +2012,10 @@ typedef struct pktrt__mesh {
   uint32_t next;     /* among those that wait, see >>refit: 1 for the last, else 2 more than the next; 0: it does not */
   uint32_t task;     /* of the build of its tree, where it stands for a box, which is one triangle */
   bool committed, dirty, dirty_normals;
-  bool marked;       /* the next commit rebuilds its tree */
-  bool hide, hidden; /* as the next commit or refit will have it; as its tree has it */
-  bool gone, free;   /* the next commit removes it; there is none: the index waits for another */
+  /* Bits, for thousands of instances have each their meshes. */
+  bool marked : 1;           /* the next commit rebuilds its tree */
+  bool hide : 1, hidden : 1; /* as the next commit or refit will have it; as its tree has it */
+  bool gone : 1, free : 1;   /* the next commit removes it; there is none: the index waits for another */
 } pktrt__mesh;
 
 /* Returns the materials of a mesh's triangles; NULL: they have that of the mesh. */

@@ -10006,10 +10006,14 @@ OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment
 OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg,
                                         const pktrt__node *node, float wf, const bool moving, v8 *entry) {
   v8 n[3], f[3];
+  const pktrt__single *ray = q->ray;
+#if PKTRT__WITH_FEW_REGISTERS && defined(PKTRT__GNU_ASM)
+  __asm__ volatile("" : "+r"(ray)); /* or gcc -O3 spreads nine values before the loop, keeps them in memory and loads them */
+#endif
   UNROLL for (int a = 0; a < 3; a++) {
-    const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->rd[a]) : q->rd[a];
-    const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cn[a]) : q->cn[a],
-             cf = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cf[a]) : q->cf[a];
+    const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(ray->rd[a]) : q->rd[a];
+    const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(ray->cn[a]) : q->cn[a],
+             cf = PKTRT__WITH_FEW_REGISTERS ? vset(ray->cf[a]) : q->cf[a];
     n[a] = vfms(pktrt__single_plane(q, seg, node, a, q->near_[a], moving), rd, cn);
     f[a] = vfms(pktrt__single_plane(q, seg, node, a, q->far_[a], moving), rd, cf);
   }

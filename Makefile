@@ -176,7 +176,7 @@ demo: | out
 	@mkdir -p $(B); date +%s >$(B)/demo.begun
 	$(BUILD) $(B)/render
 	@set -e; $(PICTURE); first=poolhall; \
-	  picture --scene $$first --mode drt --spp 64 --lights one --size 512x512 $(LOOK) -o out/$$first-drt.png; \
+	  picture --scene $$first --mode drt --spp 32 --lights one --size 512x512 $(LOOK) -o out/$$first-drt.png; \
 	  took=$$(($$(date +%s) - $$(cat $(B)/demo.begun))); \
 	  echo "demo: the first picture is out/$$first-drt.png, $$took s after the start; eight more follow"; echo; \
 	  for scene in $(SCENES); do \

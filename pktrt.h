@@ -83,7 +83,7 @@
        >>report       what a scene has, what a render runs, and what was left out
        >>camera       a pinhole, a thin lens or parallel rays, a shutter, between two poses
        >>light        point, directional, quad, sphere, mesh, environment; which light is counted where
-       >>material     diffuse, mirror, coat, glass, metal; Phong lobes; hooks for textures and shaders
+       >>material     diffuse, mirror, coat, glass, metal, thin sheets; Phong lobes; hooks for textures and shaders
        >>sampler      seven sets of samples, and the mappings from the unit square
        >>render       pictures, and all that can be chosen about them
 
@@ -1321,7 +1321,8 @@ typedef struct pktrt_material { /* a zeroed one is black */
   float transparency; /* blend, cutout: 1 - opacity, before a texture changes it; [0,1] */
   /* Opacity is a probability, with a texture or without: each ray of a picture that crosses, shadow rays too, ends
      there by chance or goes on as if there were nothing, so that means over samples are right. The choice depends on the
-     ray and the triangle alone. A PKTRT_LIGHT_MESH lights as if it were opaque. */
+     ray and the triangle alone. Glass is refused, for a ray may be in a body without having met its surface. A
+     PKTRT_LIGHT_MESH lights as if it were opaque; rays of mirrors and lobes that meet it may go on. */
   bool blend;
 } pktrt_material;
 /* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
@@ -1491,7 +1492,8 @@ typedef struct pktrt_report { /* after whole rounds of passes: one over the pict
      (0: there is no error); whether it should not be believed, for it may be off by a quarter (of the RMSE) or more, or
      fewer than 8 passes have been made and less than an eighth of the pixels carry it. Bounds that hold the true error
      95 times of 100, if what is rare has been seen: nobody knows of light that no sample has met. Where samples met more
-     than 16 times the radiance that the table of the environment has, both are unreliable. */
+     than 16 times the radiance that the table of the environment has, both are unreliable in the end, and `log` says so
+     (pktrt_render alone). */
   double effective_pixels[2];
   bool unreliable[2];
   double rmse_low, rmse_high, relative_mse_high;
@@ -1622,7 +1624,7 @@ typedef struct pktrt_pixel_sums {
 PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *);
 
 /* Makes of the whole picture's sums, tight, each of as many passes, what pktrt_render has then: pixels, report (but
-   seconds: 0), pixel_error, block_error. Whether the rules end the render, report->stop says; if not, another pass over
+   seconds: 0, and what its table missed of an environment is not known), pixel_error, block_error. Whether the rules end the render, report->stop says; if not, another pass over
    all pixels is to be made. What is in the scene does not matter. */
 PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *, const pktrt_render_desc *, uint32_t passes,
                                            const pktrt_pixel_sums *);
@@ -14299,6 +14301,11 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
   if (missing)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u asks for what this build leaves out by PKTRT_NO_%s",
                        index, missing);
+  if (m->blend && m->specular == PKTRT_SPECULAR_DIELECTRIC)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                       "material %u is glass and blends: rays would be in it that met no surface of it; take "
+                       "PKTRT_SPECULAR_THIN, or leave `blend` away",
+                       index);
   if (m->cutout && !m->blend && !m->texture)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u is a cutout, but has no texture to tell where", index);
   pktrt_status st = pktrt__check_range(s, whose, index, "albedo", m->albedo, 3, 0, 1);
@@ -20520,7 +20527,6 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
     }
     pktrt__pass_end_round(t);
     if (t->watched && t->render->passes) pktrt__pass_estimate(t->render, t->spent, r);
-    if (t->bright) r->unreliable[0] = r->unreliable[1] = true;
     r->stop = pktrt__pass_judge(t);
     if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;

@@ -86,6 +86,7 @@ enum {
 
 typedef struct material_map {
   const image *picture; /* NULL: none */
+  bool asked;           /* the file has one, which cannot be used */
   float place[2][3];    /* coordinates of the picture = place (u, v, 1) */
   image_wrap wrap[2];
 } material_map;
@@ -654,12 +655,13 @@ static void material_read_map(material_files *files, material_file *m, const C_S
   unsigned coordinates = 0;
   bool first = true;
   material_map *map = &m->map[which];
-  if (map->picture ||
+  if (map->picture || map->asked ||
       aiGetMaterialTexture(from, type, 0, &path, &mapping, &coordinates, NULL, NULL, wrap, NULL) != aiReturn_SUCCESS)
     return;
   for (int i = 0; i < MATERIAL_MAPS; i++) first = first && !m->map[i].picture;
   if (mapping != aiTextureMapping_UV || coordinates >= AI_MAX_NUMBER_OF_TEXTURECOORDS ||
       (!first && coordinates != m->coordinates)) {
+    map->asked = true;
     files->other_coordinates++;
     return;
   }
@@ -724,7 +726,7 @@ static void material_set_hook(material_file *m, bool vertex_colours) {
   m->opacity_is_alpha = opacity && material_has_alpha(opacity);
   for (int i = 0; i < MATERIAL_MAPS; i++) asked = asked || m->map[i].picture;
   made->cutout = m->transparent == MATERIAL_MASK;
-  made->blend = m->transparent == MATERIAL_BLEND;
+  made->blend = m->transparent == MATERIAL_BLEND && made->specular != PKTRT_SPECULAR_DIELECTRIC;
   if (made->blend) made->transparency = 1 - m->alpha;
   if (!asked) return;
   made->texture = material_texture;

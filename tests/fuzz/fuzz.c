@@ -137,10 +137,10 @@ pktrt_material fuzz_material(feed *b, bool *good) {
                            m.emission, &m.exponent,   &m.transmission, &m.transparency};
   if (odd) fields[odd % 9][odd % 9 < 6 ? odd / 9 % 3 : 0] = take_float(b);
   *good = (int)m.specular >= 0 && m.specular < PKTRT_SPECULAR_COUNT && (int)m.lobe >= 0 && m.lobe <= PKTRT_LOBE_PHONG &&
-          within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) && within(m.ior, 3, 0, 1e6f) &&
-          within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) &&
-          within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f) && within(&m.transmission, 1, 0, 1) &&
-          within(&m.transparency, 1, 0, 1);
+          !(m.blend && m.specular == PKTRT_SPECULAR_DIELECTRIC) && within(m.albedo, 3, 0, 1) &&
+          within(m.reflectance, 3, 0, 1) && within(m.ior, 3, 0, 1e6f) && within(m.extinction, 3, 0, 1e6f) &&
+          within(m.absorption, 3, 0, FLT_MAX) && within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f) &&
+          within(&m.transmission, 1, 0, 1) && within(&m.transparency, 1, 0, 1);
   for (int a = 0; a < 3 && m.specular == PKTRT_SPECULAR_MIRROR; a++)
     *good &= m.albedo[a] + m.reflectance[a] <= 1.00001f;
   return m;

@@ -4502,8 +4502,8 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
     const uint64_t key_bytes = (uint64_t)(bends ? 12 : m->stride) * given;
     const float *all = bends ? d->normals : d->positions;
     float *to = (bends ? m->normals : m->positions) + (uint64_t)k * m->vertex_count * 3;
-    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : m->stride,     bends ? FLT_MAX : PKTRT_MAX_COORD, mesh,
-                             k,    bends ? "normal" : "vertex"};
+    pktrt__mesh_vectors v = {NULL, given, bends ? 12 : m->stride,     bends ? FLT_MAX : PKTRT_MAX_COORD,
+                             mesh, k,     bends ? "normal" : "vertex"};
     if (!v.count) continue;
     v.from = (const float *)(const void *)((const unsigned char *)(const void *)all + (size_t)(k * key_bytes));
     pktrt_status st = vertices ? pktrt__mesh_copy_vectors(s, NULL, &v) : PKTRT_OK;

@@ -3616,7 +3616,7 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * 8 : tri;
   pktrt__mesh_reader r = *reader;
-  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64)
+  for (uint32_t i = 0; i < bvh->block_bytes; i += 64)
     PKTRT__PREFETCH(bvh->blocks + (size_t)block * bvh->block_bytes + i);
   for (uint32_t l = 0; l < 8; l++) {
     if (tri[l] == PKTRT_NONE) {
@@ -3636,6 +3636,8 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
     PKTRT__PREFETCH(s->corner[l][1] = r.positions + 3 * j);
     PKTRT__PREFETCH(s->corner[l][2] = r.positions + 3 * k);
     s->step[l] = r.step;
+    for (uint32_t key = 1; key < bvh->key_count; key++)
+      for (uint32_t c = 0; c < 3; c++) PKTRT__PREFETCH(s->corner[l][c] + key * r.step);
   }
   *reader = r;
   if (PKTRT__UNLIKELY(r.hides)) pktrt__block_hide(tri, reader, s);

@@ -4250,17 +4250,20 @@ static bool pktrt__render_refuse(pktrt__refusal *why, const char *format, ...) {
 PKTRT__INLINE bool pktrt__is_finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
 /* Tells whether n absolute values are at most a positive limit, and none is NaN. Compares floats without signs as integers,
-   which order alike, NaN last; by eights, which compilers turn into vectors. */
+   which order alike, NaN last: two at a time, where a difference below 0 clears the bit above it. */
 static bool pktrt__mesh_within(const float *p, uint64_t n, float limit) {
-  int32_t most, beyond[8] = {0, 0, 0, 0, 0, 0, 0, 0}, x[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  const uint64_t signs = UINT64_C(0x8000000080000000);
+  uint32_t most, last = 0;
+  uint64_t two, within = signs;
   memcpy(&most, &limit, sizeof most);
-  for (uint64_t i = 0; i < n; i += 8) {
-    if (n - i >= 8) memcpy(x, p + i, sizeof x);
-    else memcpy(x, p + i, (size_t)(n - i) * sizeof *x);
-    for (int k = 0; k < 8; k++) beyond[k] |= most - (x[k] & INT32_MAX);
+
+  const uint64_t limits = signs | (uint64_t)most << 32 | most;
+  for (uint64_t i = 0; i + 1 < n; i += 2) {
+    memcpy(&two, p + i, sizeof two);
+    within &= limits - (two & ~signs);
   }
-  for (int k = 1; k < 8; k++) beyond[0] |= beyond[k];
-  return beyond[0] >= 0;
+  if (n % 2) memcpy(&last, p + n - 1, sizeof last);
+  return within == signs && (last & 0x7FFFFFFFu) <= most;
 }
 
 /* The caller's vectors: one key of a mesh's positions or normals. */
@@ -4298,7 +4301,8 @@ static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pk
   const unsigned char *p = (const unsigned char *)(const void *)v->from;
   float checked[3 * PART];
   for (uint32_t i = 0; i < v->count; i += PART) {
-    const uint32_t n = v->count - i < PART ? v->count - i : PART;
+    uint32_t n = PART;
+    if (v->count - i < n) n = v->count - i;
     float *part = to ? to + 3 * (size_t)i : checked;
     if (v->stride == 12) memcpy(part, p, (size_t)n * 12);
     for (uint32_t k = 0; k < n && v->stride != 12; k++) memcpy(part + 3 * k, p + (size_t)k * v->stride, 12);

@@ -19,7 +19,7 @@ static void spawn_chosen(const void *, const void *ray, const void *hit, const f
 
 enum { BEFORE, NOW, VERSIONS, MAX_ROUNDS = 64, MAX_LINES = 256 };
 static const version *const versions[VERSIONS] = {&version_before, &version_now};
-static const char *const way_names[WAYS] = {"many", "rows", "single"};
+static const char *const way_names[WAYS] = {"many", "rows", "single", "fresh"};
 
 static struct { /* who makes the rays that leave hits: its own scene: the caller's is another version's */
   const version *by;

@@ -9,7 +9,8 @@
 struct pktrt_ray;
 struct pktrt_hit;
 
-typedef enum way { MANY, ROWS, SINGLE, WAYS } way; /* of asking: the calls _n, _soa, and those for one ray */
+/* Of asking: the calls _n, _soa, and those for one ray; these once more with a ray written just before each call. */
+typedef enum way { MANY, ROWS, SINGLE, FRESH, WAYS } way;
 
 typedef struct before_mesh { /* as in pktrt_mesh_desc */
   const float *positions;

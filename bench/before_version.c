@@ -42,9 +42,34 @@ static void ask_rows(const pktrt_scene *s, const question *q) {
   else pktrt_intersect_soa(s, &rays, &hits, q->count);
 }
 
+/* Writes a ray float by float, as programs that make rays do. Not inlined, lest the compiler join the stores. */
+#ifdef __GNUC__
+__attribute__((noinline))
+#endif
+static void
+write_ray(const pktrt_ray *from, volatile pktrt_ray *to) {
+  for (int a = 0; a < 3; a++) {
+    to->origin[a] = from->origin[a];
+    to->direction[a] = from->direction[a];
+  }
+  to->tmin = from->tmin;
+  to->tmax = from->tmax;
+  to->time = from->time;
+}
+
+static void ask_fresh(const pktrt_scene *s, const question *q) {
+  for (size_t i = 0; i < q->count; i++) {
+    pktrt_ray ray;
+    write_ray(&q->ray[i], &ray);
+    if (q->occlusion) q->occluded[i] = pktrt_occluded(s, &ray);
+    else pktrt_intersect(s, &ray, &q->hit[i]);
+  }
+}
+
 static void ask(const void *scene, way w, const question *q) {
   const pktrt_scene *s = (const pktrt_scene *)scene;
   if (w == ROWS) ask_rows(s, q);
+  else if (w == FRESH) ask_fresh(s, q);
   else if (w == MANY && q->occlusion) pktrt_occluded_n(s, q->ray, q->occluded, q->count);
   else if (w == MANY) pktrt_intersect_n(s, q->ray, q->hit, q->count);
   for (size_t i = 0; w == SINGLE && i < q->count; i++)

@@ -288,7 +288,7 @@ static void refuse_updates(void) {
 
 /* Each vertex of many is looked at before the first is changed, and each that is added. */
 static void refuse_each_vertex(void) {
-  enum { MANY = 200 };
+  enum { MANY = 201 }; /* odd, as are its floats: the last of them is looked at, too */
   static float p[9 * MANY];
   for (int i = 0; i < 9 * MANY; i++) p[i] = 0.01f * (float)(i * i % 97);
   const pktrt_scene_desc of = scene_desc_of(PKTRT_ISA_AUTO, 0);

@@ -534,6 +534,84 @@ static void when_changes_show(void) {
   mesh_free(&m);
 }
 
+enum { SET_KEYS = 3, SET_TRIANGLES = 40, SET_VERTICES = 3 * SET_TRIANGLES };
+
+/* Adds triangles with positions and normals at SET_KEYS keys. Kind 0: loose; 1: with indices; 2: that leave out a vertex. */
+static void add_set_keys(pktrt_scene *s, int kind, uint32_t keys, float *p) {
+  uint32_t indices[SET_VERTICES];
+  pktrt_mesh_desc d;
+  memset(&d, 0, sizeof d);
+  for (uint32_t i = 0; i < SET_VERTICES; i++) indices[i] = i + (kind == 2 && i == 0);
+  d.positions = d.normals = p, d.vertex_count = SET_VERTICES, d.key_count = keys;
+  d.indices = kind ? indices : NULL, d.triangle_count = SET_TRIANGLES;
+  CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+}
+
+/* Returns how many rays see two scenes alike, or counts those that do not. */
+static uint32_t seen_alike(const pktrt_scene *a, const pktrt_scene *b, uint32_t *others) {
+  uint32_t alike = 0;
+  for (uint32_t i = 0; i < 60; i++) {
+    rng r = rng_of(i);
+    pktrt_ray ray = ray_of(rng_sign(&r), rng_sign(&r), 3, 0.2f * rng_sign(&r), 0.2f * rng_sign(&r), -1);
+    pktrt_hit hit[2];
+    pktrt_surface_info info[2];
+    ray.time = i % 4 ? rng_unit(&r) : 0.5f * (float)rng_below(&r, 3);
+    memset(hit, 0, sizeof hit), memset(info, 0, sizeof info);
+    const bool hits = pktrt_intersect(a, &ray, &hit[0]), too = pktrt_intersect(b, &ray, &hit[1]);
+    pktrt_surface(a, &ray, &hit[0], &info[0]), pktrt_surface(b, &ray, &hit[1], &info[1]);
+    const bool same = hits == too && memcmp(&hit[0], &hit[1], sizeof *hit) == 0 &&
+                      memcmp(info[0].shading_normal, info[1].shading_normal, sizeof info->shading_normal) == 0;
+    alike += same && hits;
+    *others += !same;
+  }
+  return alike;
+}
+
+/* Keys of positions and normals are set in any order, some of them twice, some refused: the next state has the last of each
+   that was good, and until then all is as before. */
+static void keys_set_in_any_order(void) {
+  uint32_t alike = 0, others = 0, changed = 0, refused = 0;
+  for (uint32_t n = 0; n < 240; n++) {
+    static float now[2][SET_KEYS][SET_VERTICES * 3], given[SET_VERTICES * 3];
+    rng r = rng_of(n);
+    const int kind = (int)(n % 3);
+    const uint32_t keys = 1 + n / 3 % SET_KEYS;
+    mesh m = mesh_soup(SET_TRIANGLES, 0.6f, n);
+    pktrt_scene *s = empty_scene(), *before = empty_scene();
+    for (uint32_t k = 0; k < keys; k++)
+      for (int i = 0; i < SET_VERTICES * 3; i++) now[0][k][i] = now[1][k][i] = m.p[i] + 0.1f * (float)k;
+    add_set_keys(s, kind, keys, now[0][0]), add_set_keys(before, kind, keys, now[0][0]);
+
+    for (uint32_t round = 0; round < 3; round++) {
+      for (uint32_t step = rng_below(&r, 7); step > 0; step--) {
+        const uint32_t bends = rng_below(&r, 2), key = rng_below(&r, keys);
+        const bool spoilt = rng_below(&r, 3) == 0;
+        for (int i = 0; i < SET_VERTICES * 3; i++) given[i] = now[bends][key][i] + 0.2f * rng_sign(&r);
+        if (spoilt) given[rng_below(&r, SET_VERTICES * 3)] = rng_below(&r, 2) ? NAN : INFINITY;
+        else memcpy(now[bends][key], given, sizeof given);
+        const pktrt_status st = bends ? pktrt_set_normals(s, 0, key, given) : pktrt_set_positions(s, 0, key, given);
+        CHECK(st == (spoilt ? PKTRT_INVALID_ARGUMENT : PKTRT_OK), "status %d: %s", (int)st, pktrt_last_error(s));
+        for (int i = 0; i < SET_VERTICES * 3; i++) given[i] = 1e9f; /* it was copied */
+        refused += spoilt;
+      }
+      alike += seen_alike(s, before, &others); /* nothing shows yet */
+      CHECK((rng_below(&r, 2) ? pktrt_refit(s) : pktrt_commit(s)) == PKTRT_OK, "%s", pktrt_last_error(s));
+      (void)seen_alike(s, before, &changed);
+      pktrt_scene_destroy(before);
+      before = empty_scene();
+      add_set_keys(before, kind, keys, now[0][0]);
+      for (uint32_t k = 0; k < keys; k++)
+        CHECK(pktrt_set_normals(before, 0, k, now[1][k]) == PKTRT_OK && pktrt_refit(before) == PKTRT_OK);
+      alike += seen_alike(s, before, &others);
+    }
+    pktrt_scene_destroy(s), pktrt_scene_destroy(before);
+    mesh_free(&m);
+  }
+  CHECK(others == 0 && alike > 10000 && changed > 5000 && refused > 500, "%u differ, %u alike, %u changed, %u refused",
+        others, alike, changed, refused);
+  say("%u hits as they should be, %u differ; %u changed, %u sets were refused", alike, others, changed, refused);
+}
+
 /* Triangles that lie by themselves, far from thousands, are where a refit puts them, however many times it does. */
 static void lone_triangles_move(void) {
   const float places[] = {50, 80, -120, 50};
@@ -931,6 +1009,7 @@ void suite_scene(void) {
   run("a moving triangle without area at the ray's time is no hit, by rounding neither", no_area_at_the_time);
   run("a moving triangle that is a line at the ray's time is no hit behind its origin either", line_before_the_start);
   run("changes show at commit or refit, not before", when_changes_show);
+  run("keys that are set in any order, twice or in vain, are those of the next state", keys_set_in_any_order);
   run("triangles far from thousands are where a refit puts them", lone_triangles_move);
   run("what is marked as changed is built anew at the next commit, refits in between or not", marked_scenes);
   run("after a miss there is nothing, wherever the ray ends", nothing_after_a_miss);

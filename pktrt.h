@@ -241,13 +241,13 @@
      long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
      _REMOVAL, _SURFACES, _POOLS, _CLOSEST and _NORMALS.
      build                      seconds      bytes of code
-     whole                          9.6            480,865
-     AVX2 alone                     7.5            383,994
-     queries, AVX2                  4.6            229,156
-     barest queries, AVX2           2.9            133,744
-     scalar                         8.0            370,634
-     with AVX-512                  11.8            579,909
-     examples/render.c              2.9            263,961
+     whole                         10.5            482,953
+     AVX2 alone                     8.1            386,094
+     queries, AVX2                  5.1            229,025
+     barest queries, AVX2           3.1            131,966
+     scalar                         8.3            372,312
+     with AVX-512                  12.8            582,287
+     examples/render.c              4.5            333,083
 
 
    CONCEPTS
@@ -10030,7 +10030,9 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
   v8 n[3], f[3];
   const pktrt__single *ray = q->ray;
 #if PKTRT__WITH_FEW_REGISTERS && defined(PKTRT__GNU_ASM)
-  __asm__ volatile("" : "+r"(ray)); /* or gcc -O3 spreads nine values before the loop, keeps them in memory and loads them */
+  __asm__ volatile(
+      ""
+      : "+r"(ray)); /* or gcc -O3 spreads nine values before the loop, keeps them in memory and loads them */
 #endif
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(ray->rd[a]) : q->rd[a];

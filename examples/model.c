@@ -7,7 +7,8 @@
    things. */
 #include "common.h"
 
-#define PKTRT_IMPLEMENTATION /* for common.h, which writes pictures by it */
+/* For common.h, which writes pictures by it. */
+#define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 
 /* >>bytes ---------------------------------------------------------------------------------------------------------- */

@@ -320,7 +320,10 @@ check(same(by_itself.intersect(rays), there), "one thread gets the same hits")
 check(same(pktrt.to_srgb8(pixels, 1.5, pktrt.TONE_CURVE).ravel(), from_c("codes", "u1")), "bytes are what C gets")
 check(not same(pktrt.to_srgb8(pixels).ravel(), from_c("codes", "u1")), "control: without exposure others")
 described = stage.report_text(width=48, height=32, environment=sky, **parallel)
-check(described == (folder / "text").read_text() and "instances" in described, "the text of a report is what C gets")
+# But for its first line, the kernels: the builds of both may have other instruction sets.
+first, rest = described.split("\n", 1)
+check(first.startswith("kernels") and rest == (folder / "text").read_text().split("\n", 1)[1] and "instances" in rest,
+      "the text of a report is what C gets")
 check(stage.report_text() != described, "control: that of queries is another")
 stage.set_material(1, albedo=[0.5, 0, 0])
 check(same(stage.render(48, 32, environment=sky, **parallel).ravel(), from_c("repainted", "f4")),

@@ -241,13 +241,13 @@
      long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
      _REMOVAL, _SURFACES, _POOLS, _CLOSEST and _NORMALS.
      build                      seconds      bytes of code
-     whole                         10.5            482,953
-     AVX2 alone                     8.1            386,094
-     queries, AVX2                  5.1            229,025
-     barest queries, AVX2           3.1            131,966
-     scalar                         8.3            372,312
-     with AVX-512                  12.8            582,287
-     examples/render.c              4.5            333,083
+     whole                          9.4            482,329
+     AVX2 alone                     7.3            385,470
+     queries, AVX2                  4.5            228,393
+     barest queries, AVX2           2.8            131,342
+     scalar                         7.6            371,680
+     with AVX-512                  11.1            581,663
+     examples/render.c              3.9            333,083
 
 
    CONCEPTS
@@ -3905,7 +3905,7 @@ static void pktrt__collapse_write_leaf(const pktrt__collapse_walk *w, pktrt__bui
 
 /* Walks the wide tree below root in depth-first order, numbers its nodes and blocks from the first ones in *t on, and
    counts them in *t. Writes them, without bounds and vertices, where w->bvh is not NULL. */
-static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__build_subtree root, pktrt__bvh_task *t) {
+PKTRT__COLD void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__build_subtree root, pktrt__bvh_task *t) {
   struct {
     pktrt__build_subtree sub;
     uint32_t *ref;

@@ -1624,8 +1624,9 @@ typedef struct pktrt_pixel_sums {
 PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *);
 
 /* Makes of the whole picture's sums, tight, each of as many passes, what pktrt_render has then: pixels, report (but
-   seconds: 0, and what its table missed of an environment is not known), pixel_error, block_error. Whether the rules end the render, report->stop says; if not, another pass over
-   all pixels is to be made. What is in the scene does not matter. */
+   seconds: 0, and what the table of an environment missed is not known), pixel_error, block_error. Whether the rules end
+   the render, report->stop says; if not, another pass over all pixels is to be made. What is in the scene does not
+   matter. */
 PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *, const pktrt_render_desc *, uint32_t passes,
                                            const pktrt_pixel_sums *);
 
@@ -10030,9 +10031,8 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
   v8 n[3], f[3];
   const pktrt__single *ray = q->ray;
 #if PKTRT__WITH_FEW_REGISTERS && defined(PKTRT__GNU_ASM)
-  __asm__ volatile(
-      ""
-      : "+r"(ray)); /* or gcc -O3 spreads nine values before the loop, keeps them in memory and loads them */
+  /* WHY: else gcc -O3 broadcasts nine values before the loop over nodes, stores them, and loads them at each node. */
+  __asm__ volatile("" : "+r"(ray));
 #endif
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(ray->rd[a]) : q->rd[a];
@@ -14686,16 +14686,21 @@ static uint32_t pktrt__query_side(const pktrt_ray *ray) {
   return 1u << (2 * k + pktrt__sign_bit(d[k]));
 }
 
-/* Tells whether rays are better traced one by one: if they are few, or not many and of different octants, or some more
-   and go to all six sides, as 24 of them tell. WHY 256: then streams have rays enough in each octant; 64 rays at random
-   took 1.1 times as long in streams as one by one, 32 took 1.2 times. */
+/* Tells whether rays go to all six sides, as 24 of them tell. */
+static bool pktrt__query_goes_everywhere(const pktrt_ray *rays, size_t n) {
+  uint32_t sides = 0;
+  for (size_t i = 0; i < 24 && sides != 63; i++) sides |= pktrt__query_side(&rays[i * n / 24]);
+  return sides == 63;
+}
+
+/* Tells whether rays are better traced one by one: if they are few; if they are not many, of different octants; or some
+   more, to all sides. WHY 256: then streams have rays enough in each octant; 64 rays at random took 1.1 times as long in
+   streams as one by one, 32 took 1.2 times. */
 static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
   if (pktrt__too_few(n, occlusion)) return true;
   if (n >= 256) return false;
-  uint32_t sides = 0;
-  for (size_t i = 0; n >= 32 && i < 24 && sides != 63; i++) sides |= pktrt__query_side(&rays[i * n / 24]);
-  if (sides == 63) return true;
-  for (size_t i = 1; i < n && n < 32; i++)
+  if (n >= 32) return pktrt__query_goes_everywhere(rays, n);
+  for (size_t i = 1; i < n; i++)
     for (int a = 0; a < 3; a++)
       if (pktrt__sign_bit(rays[i].direction[a]) != pktrt__sign_bit(rays[0].direction[a])) return true;
   return false;

@@ -11644,7 +11644,7 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
   pktrt__vec_store3(s->emission, i, emission);
   vstore(s->eta + i, eta);
   kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* lanes without a surface need no work */
-  for (int k = 0; k < PKTRT_SPECULAR_COUNT; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
+  UNROLL for (int k = 0; k < PKTRT_SPECULAR_COUNT; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
   s->bare[i / 8] = (uint8_t)bare;
 }

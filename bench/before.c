@@ -79,9 +79,8 @@ static question question_of(const ray_set *rays, bool occlusion, const room *r) 
    triangles a millionth of their distance wide; others on the same grid beside them. */
 
 typedef enum hard { VERTICES, EDGES, DIAGONALS, OBLIQUE, OTHERS, TINY, HARD_KINDS } hard;
-static const char *const hard_names[HARD_KINDS] = {"through vertices, along z",  "through edges, along z",
-                                                   "through diagonals, along z", "through vertices, oblique",
-                                                   "random, on the same grid",   "triangles of a millionth"};
+static const char *const hard_names[HARD_KINDS] = {"through vertices, along z", "through edges, along z",
+    "through diagonals, along z", "through vertices, oblique", "random, on the same grid", "triangles of a millionth"};
 static const char *const hard_words[HARD_KINDS] = {"vertices", "edges", "diagonals", "oblique", "others", "tiny"};
 enum { CELLS = 256 };
 
@@ -175,7 +174,7 @@ static question part_of(const question *q, size_t first, size_t count, float *ro
 
 /* Asks each version for some of the rays, in turns, and keeps the least times so far. */
 static void race_part(void *const built[VERSIONS], const question q[VERSIONS], way w, size_t first, unsigned round,
-                      double least[VERSIONS]) {
+    double least[VERSIONS]) {
   for (unsigned turn = 0; turn < VERSIONS; turn++) {
     const unsigned v = (turn + round) % VERSIONS;
     float *rows[9];
@@ -348,9 +347,8 @@ static bool parse_list(const char *option, char *text, const char *const *words,
 }
 
 static bool parse(int argc, char **argv, options *o) {
-  static const struct option names[] = {{"size", 1, NULL, 's'},  {"rounds", 1, NULL, 'r'}, {"isa", 1, NULL, 'i'},
-                                        {"kinds", 1, NULL, 'k'}, {"spawn", 1, NULL, 'p'},  {"results", 1, NULL, 'o'},
-                                        {NULL, 0, NULL, 0}};
+  static const struct option names[] = {{"size", 1, NULL, 's'}, {"rounds", 1, NULL, 'r'}, {"isa", 1, NULL, 'i'},
+      {"kinds", 1, NULL, 'k'}, {"spawn", 1, NULL, 'p'}, {"results", 1, NULL, 'o'}, {NULL, 0, NULL, 0}};
   static const char *const isas[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL}; /* as pktrt_isa */
   static const char *words[KINDS + HARD_KINDS + 2] = {NULL}; /* "hard" is all of the hard ones */
   static const char *const spawns[] = {"before", "now", NULL};

@@ -36,7 +36,7 @@ typedef struct version {
   void (*close)(void *scene);
   void (*ask)(const void *scene, way, const question *);
   void (*spawn)(const void *scene, const struct pktrt_ray *, const struct pktrt_hit *, const float direction[3],
-                struct pktrt_ray *out);
+      struct pktrt_ray *out);
 } version;
 
 extern const version version_before, version_now;

@@ -6,6 +6,7 @@
 #endif
 #include HEADER
 #include "before.h"
+#include "fresh.h"
 
 #define TEXT_(x) #x
 #define TEXT(x) TEXT_(x)
@@ -42,21 +43,6 @@ static void ask_rows(const pktrt_scene *s, const question *q) {
   else pktrt_intersect_soa(s, &rays, &hits, q->count);
 }
 
-/* Writes a ray float by float, as programs that make rays do. Not inlined, lest the compiler join the stores. */
-#ifdef __GNUC__
-__attribute__((noinline))
-#endif
-static void
-write_ray(const pktrt_ray *from, volatile pktrt_ray *to) {
-  for (int a = 0; a < 3; a++) {
-    to->origin[a] = from->origin[a];
-    to->direction[a] = from->direction[a];
-  }
-  to->tmin = from->tmin;
-  to->tmax = from->tmax;
-  to->time = from->time;
-}
-
 static void ask_fresh(const pktrt_scene *s, const question *q) {
   for (size_t i = 0; i < q->count; i++) {
     pktrt_ray ray;
@@ -77,8 +63,8 @@ static void ask(const void *scene, way w, const question *q) {
     else pktrt_intersect(s, &q->ray[i], &q->hit[i]);
 }
 
-static void spawn(const void *scene, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
-                  pktrt_ray *out) {
+static void spawn(
+    const void *scene, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3], pktrt_ray *out) {
   pktrt_spawn((const pktrt_scene *)scene, ray, hit, direction, out);
 }
 

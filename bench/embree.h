@@ -69,9 +69,8 @@ EX_UNUSED static void embree_fill(const embree_rays *r, unsigned width) {
   const size_t step = embree_step(r, width);
   for (size_t i = 0; i < padded; i++) {
     const pktrt_ray *from = &r->ray[i < r->count ? i : 0];
-    const float values[EMBREE_MASK] = {from->origin[0],    from->origin[1],    from->origin[2],
-                                       from->tmin,         from->direction[0], from->direction[1],
-                                       from->direction[2], from->time,         from->tmax};
+    const float values[EMBREE_MASK] = {from->origin[0], from->origin[1], from->origin[2], from->tmin,
+        from->direction[0], from->direction[1], from->direction[2], from->time, from->tmax};
     embree_word *to = embree_field(r, width, i, 0);
     for (unsigned k = 0; k < EMBREE_MASK; k++) to[k * step].f = values[k];
     for (unsigned k = EMBREE_MASK; k < EMBREE_RAY_WORDS; k++) to[k * step].u = k == EMBREE_MASK ? 0xFFFFFFFFu : 0;
@@ -81,8 +80,8 @@ EX_UNUSED static void embree_fill(const embree_rays *r, unsigned width) {
 }
 
 /* Rays [first, end) of those laid out; first is a multiple of EMBREE_STREAM. */
-static void embree_packets(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, unsigned width,
-                           size_t first, size_t end) {
+static void embree_packets(
+    RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, unsigned width, size_t first, size_t end) {
   const size_t step = (r->occlusion ? EMBREE_RAY_WORDS : EMBREE_RAY_HIT_WORDS) * width, n = r->count;
   RTC_ALIGN(64) int all[16];  /* Embree wants them aligned */
   RTC_ALIGN(64) int last[16]; /* of the last packet: lanes beyond the last ray are off */
@@ -100,21 +99,21 @@ static void embree_packets(RTCScene in, struct RTCIntersectContext *context, con
   }
 }
 
-static void embree_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, size_t first,
-                           size_t end) {
+static void embree_streams(
+    RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, size_t first, size_t end) {
   for (size_t i = first; i < end; i += EMBREE_STREAM) {
     const unsigned n = (unsigned)(end - i < EMBREE_STREAM ? end - i : EMBREE_STREAM);
     if (r->occlusion)
       rtcOccluded1M(in, context, (struct RTCRay *)(void *)(r->words + i * EMBREE_RAY_WORDS), n, 4 * EMBREE_RAY_WORDS);
     else
-      rtcIntersect1M(in, context, (struct RTCRayHit *)(void *)(r->words + i * EMBREE_RAY_HIT_WORDS), n,
-                     4 * EMBREE_RAY_HIT_WORDS);
+      rtcIntersect1M(
+          in, context, (struct RTCRayHit *)(void *)(r->words + i * EMBREE_RAY_HIT_WORDS), n, 4 * EMBREE_RAY_HIT_WORDS);
   }
 }
 
 /* The structures of pointers hold 12 and 20 of them, in the order of the fields. */
-static void embree_array_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, size_t first,
-                                 size_t end) {
+static void embree_array_streams(
+    RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, size_t first, size_t end) {
   void *at[EMBREE_RAY_HIT_WORDS];
   struct RTCRayNp rays;
   struct RTCRayHitNp hits;
@@ -139,6 +138,53 @@ EX_UNUSED static void embree_trace(RTCScene in, const embree_way *way, const emb
   if (way->stream && way->width == EMBREE_ARRAYS) embree_array_streams(in, &context, r, first, end);
   else if (way->stream) embree_streams(in, &context, r, first, end);
   else embree_packets(in, &context, r, way->width, first, end);
+#ifdef __SSE2__
+  _mm_setcsr(state);
+#endif
+}
+
+/* Writes the nine floats of a ray one by one, as programs that make rays do. Not inlined, lest the compiler join the stores. */
+#ifdef __GNUC__
+__attribute__((noinline))
+#endif
+EX_UNUSED static void
+embree_write(const pktrt_ray *from, volatile struct RTCRay *to) {
+  to->org_x = from->origin[0];
+  to->dir_x = from->direction[0];
+  to->org_y = from->origin[1];
+  to->dir_y = from->direction[1];
+  to->org_z = from->origin[2];
+  to->dir_z = from->direction[2];
+  to->tnear = from->tmin;
+  to->tfar = from->tmax;
+  to->time = from->time;
+}
+
+/* Traces rays [first, end) by single calls, each written just before its call into one record, which is used again and
+   again. Words are given what embree_answer reads for width 1. */
+EX_UNUSED static void embree_trace_fresh(RTCScene in, const embree_rays *r, size_t first, size_t end) {
+  struct RTCIntersectContext context;
+  struct RTCRayHit one;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  memset(&one, 0, sizeof one);
+  one.ray.mask = 0xFFFFFFFFu;
+  one.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#ifdef __SSE2__
+  const unsigned state = _mm_getcsr();
+  _mm_setcsr(state | 0x8040u); /* as in embree_trace */
+#endif
+  for (size_t i = first; i < end; i++) {
+    embree_write(&r->ray[i], &one.ray);
+    if (r->occlusion) {
+      rtcOccluded1(in, &context, &one.ray);
+    } else {
+      one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+      rtcIntersect1(in, &context, &one);
+      embree_field(r, 1, i, EMBREE_GEOM)->u = one.hit.geomID;
+    }
+    embree_field(r, 1, i, EMBREE_TFAR)->f = one.ray.tfar;
+  }
 #ifdef __SSE2__
   _mm_setcsr(state);
 #endif

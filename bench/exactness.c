@@ -18,8 +18,8 @@
 /* >>libraries ------------------------------------------------------------------------------------------------------ */
 
 enum { OURS, KENSLER, MOLLER, LIBRARIES, MAX_ROUNDS = 64, MAX_LINES = 64 };
-static const library ours = {"pktrt",           pktrt_scene_create, pktrt_add_mesh, pktrt_commit, pktrt_scene_destroy,
-                             pktrt_intersect_n, pktrt_occluded_n};
+static const library ours = {"pktrt", pktrt_scene_create, pktrt_add_mesh, pktrt_commit, pktrt_scene_destroy,
+    pktrt_intersect_n, pktrt_occluded_n};
 static const library *const libraries[LIBRARIES] = {&ours, &kensler, &moller};
 
 static pktrt_scene *scene_in(const library *l, const stage *g, pktrt_isa isa) {
@@ -65,8 +65,8 @@ static void trace_all(const library *l, const pktrt_scene *world, bool occlusion
   else l->intersect(world, r->ray, a->hit, r->count);
 }
 
-static void compare(const ray_set *r, bool occlusion, const answers *a, const answers *mine, double *other,
-                    double *lost) {
+static void compare(
+    const ray_set *r, bool occlusion, const answers *a, const answers *mine, double *other, double *lost) {
   size_t differ = 0, none = 0;
   for (size_t i = 0; i < r->count; i++) {
     const pktrt_hit *x = &a->hit[i], *y = &mine->hit[i];
@@ -77,8 +77,8 @@ static void compare(const ray_set *r, bool occlusion, const answers *a, const an
   *other = (double)differ, *lost = (double)none;
 }
 
-static void count_stages(const pktrt_scene *world, bool occlusion, const ray_set *r, double *doubles,
-                         double *expansions) {
+static void count_stages(
+    const pktrt_scene *world, bool occlusion, const ray_set *r, double *doubles, double *expansions) {
   size_t n[2] = {0, 0};
   for (size_t i = 0; i < r->count; i++) {
     pktrt_hit hit;
@@ -156,14 +156,12 @@ static void write_csv(FILE *to, const line *lines, size_t n) {
     for (int k = 0; k < KINDS; k++)
       for (int l = KENSLER; l < LIBRARIES; l++)
         fprintf(to, "%s,%d,%s,%s,%.0f,%s,%.6f,%.6f,%.4f,%.0f,%.0f\n", lines[i].scene, lines[i].moving,
-                pktrt_isa_string(lines[i].isa), kind_names[k], lines[i].rays[k], libraries[l]->name,
-                lines[i].seconds[l][k], lines[i].seconds[OURS][k], ratio_of(&lines[i], l, k), lines[i].other[l][k],
-                lines[i].lost[l][k]);
+            pktrt_isa_string(lines[i].isa), kind_names[k], lines[i].rays[k], libraries[l]->name, lines[i].seconds[l][k],
+            lines[i].seconds[OURS][k], ratio_of(&lines[i], l, k), lines[i].other[l][k], lines[i].lost[l][k]);
 }
 
 static void write_table(FILE *to, const line *lines, size_t n) {
-  fprintf(
-      to,
+  fprintf(to,
       "Time of pktrt over that of its copies with the tests of Kensler and Shirley / Moeller and Trumbore; the last "
       "column: of a million rays, those for which the copy has another triangle or none; those for which it has "
       "none where there is one.\n\n");
@@ -182,9 +180,9 @@ static void write_table(FILE *to, const line *lines, size_t n) {
       for (int l = KENSLER; l < LIBRARIES; l++) other[l] += x->other[l][k], lost[l] += x->lost[l][k];
     }
     fprintf(to, " %.2f / %.2f |", mean_ratio(x, 1, x->moving, x->isa, KENSLER, -1),
-            mean_ratio(x, 1, x->moving, x->isa, MOLLER, -1));
+        mean_ratio(x, 1, x->moving, x->isa, MOLLER, -1));
     fprintf(to, " %.1f, %.1f / %.1f, %.1f |\n", other[KENSLER] / rays, lost[KENSLER] / rays, other[MOLLER] / rays,
-            lost[MOLLER] / rays);
+        lost[MOLLER] / rays);
   }
   for (int i = 0; i < 4; i++) {
     static const pktrt_isa sets[2] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2};
@@ -194,7 +192,7 @@ static void write_table(FILE *to, const line *lines, size_t n) {
     fprintf(to, "| **geometric mean** | %s | %s |", moving ? "moving" : "rest", pktrt_isa_string(isa));
     for (int k = 0; k <= KINDS; k++)
       fprintf(to, " %.2f / %.2f |", mean_ratio(lines, n, moving, isa, KENSLER, k < KINDS ? k : -1),
-              mean_ratio(lines, n, moving, isa, MOLLER, k < KINDS ? k : -1));
+          mean_ratio(lines, n, moving, isa, MOLLER, k < KINDS ? k : -1));
     fprintf(to, " |\n");
   }
 }
@@ -204,12 +202,11 @@ static void write_stages_csv(FILE *to, const line *lines, size_t n) {
   for (size_t i = 0; i < n; i++)
     for (int k = 0; k < KINDS; k++)
       fprintf(to, "%s,%d,%s,%s,%.0f,%.0f,%.0f\n", lines[i].scene, lines[i].moving, pktrt_isa_string(lines[i].isa),
-              kind_names[k], lines[i].rays[k], lines[i].reached[0][k], lines[i].reached[1][k]);
+          kind_names[k], lines[i].rays[k], lines[i].reached[0][k], lines[i].reached[1][k]);
 }
 
 static void write_stages(FILE *to, const line *lines, size_t n) {
-  fprintf(
-      to,
+  fprintf(to,
       "Of a hundred rays, asked one by one: those with a triangle that floats leave to doubles / that doubles leave "
       "to expansions.\n\n| scene | | kernels |");
   for (int k = 0; k < KINDS; k++) fprintf(to, " %s |", kind_names[k]);
@@ -221,13 +218,13 @@ static void write_stages(FILE *to, const line *lines, size_t n) {
     fprintf(to, "| %s | %s | %s |", x->scene, x->moving ? "moving" : "rest", pktrt_isa_string(x->isa));
     for (int k = 0; k < KINDS; k++)
       fprintf(to, " %.2f / %.4f |", 100 * x->reached[0][k] / fmax(x->rays[k], 1),
-              100 * x->reached[1][k] / fmax(x->rays[k], 1));
+          100 * x->reached[1][k] / fmax(x->rays[k], 1));
     fprintf(to, "\n");
   }
 }
 
-static bool keep(const char *directory, const char *name, void (*write)(FILE *, const line *, size_t),
-                 const line *lines, size_t n) {
+static bool keep(
+    const char *directory, const char *name, void (*write)(FILE *, const line *, size_t), const line *lines, size_t n) {
   char path[4096];
   snprintf(path, sizeof path, "%s/%s", directory, name);
   FILE *to = fopen(path, "w");
@@ -271,15 +268,15 @@ int main(int argc, char **argv) {
       if (!pktrt_isa_available(sets[turn % 2])) continue;
       race(&g, turn / 2 != 0, sets[turn % 2], &o, &lines[n++]);
       printf("%s, %s, %s: %.3f of Kensler and Shirley's time, %.3f of Moeller and Trumbore's\n", g.name,
-             turn / 2 ? "moving" : "at rest", pktrt_isa_string(sets[turn % 2]),
-             mean_ratio(&lines[n - 1], 1, turn / 2 != 0, sets[turn % 2], KENSLER, -1),
-             mean_ratio(&lines[n - 1], 1, turn / 2 != 0, sets[turn % 2], MOLLER, -1));
+          turn / 2 ? "moving" : "at rest", pktrt_isa_string(sets[turn % 2]),
+          mean_ratio(&lines[n - 1], 1, turn / 2 != 0, sets[turn % 2], KENSLER, -1),
+          mean_ratio(&lines[n - 1], 1, turn / 2 != 0, sets[turn % 2], MOLLER, -1));
     }
     close_stage(&g);
   }
   write_table(stdout, lines, n), write_stages(stdout, lines, n);
   return o.results && (!keep(o.results, "exactness.csv", write_csv, lines, n) ||
-                       !keep(o.results, "exactness.md", write_table, lines, n) ||
-                       !keep(o.results, "exactness_stages.csv", write_stages_csv, lines, n) ||
-                       !keep(o.results, "exactness_stages.md", write_stages, lines, n));
+                          !keep(o.results, "exactness.md", write_table, lines, n) ||
+                          !keep(o.results, "exactness_stages.csv", write_stages_csv, lines, n) ||
+                          !keep(o.results, "exactness_stages.md", write_stages, lines, n));
 }

@@ -47,10 +47,9 @@ EX_UNUSED static void field_transforms(uint32_t i, float keys[2][12]) {
   for (int k = 0; k < 3; k++) step[k] = 0.3f * (field_random(&state) - 0.5f);
   for (int k = 0; k < 2; k++) {
     const float c = cosf(a + 0.3f * (float)k), s = sinf(a + 0.3f * (float)k), d = cosf(b), e = sinf(b);
-    const float m[12] = {
-        size * c,     -size * s,    0,         (float)(i % FIELD_SIDE) + (float)k * step[0],
-        size * s * d, size * c * d, -size * e, (float)(i / FIELD_SIDE % FIELD_SIDE) + (float)k * step[1],
-        size * s * e, size * c * e, size * d,  (float)(i / (FIELD_SIDE * FIELD_SIDE)) + (float)k * step[2]};
+    const float m[12] = {size * c, -size * s, 0, (float)(i % FIELD_SIDE) + (float)k * step[0], size * s * d,
+        size * c * d, -size * e, (float)(i / FIELD_SIDE % FIELD_SIDE) + (float)k * step[1], size * s * e, size * c * e,
+        size * d, (float)(i / (FIELD_SIDE * FIELD_SIDE)) + (float)k * step[2]};
     memcpy(keys[k], m, sizeof m);
   }
 }

@@ -81,8 +81,8 @@ static void make_primary(unsigned size, pktrt_ray *ray) {
 }
 
 /* Rays that leave what camera rays hit, a little farther than pktrt_spawn asks for; returns how many. */
-static size_t make_secondary(const pktrt_scene *s, kind k, size_t n, const pktrt_ray *from, const pktrt_hit *hit,
-                             pktrt_ray *out) {
+static size_t make_secondary(
+    const pktrt_scene *s, kind k, size_t n, const pktrt_ray *from, const pktrt_hit *hit, pktrt_ray *out) {
   size_t count = 0;
   for (size_t i = 0; i < n; i++) {
     float unit[3], d[3], q[3], length = 0, facing = 0, around;
@@ -113,8 +113,8 @@ typedef struct options {
 } options;
 enum { MAX_ROUNDS = 64, SINGLES = 16384 };
 
-static void ask(const pktrt_scene *s, kind k, bool many, const pktrt_ray *rays, size_t n, pktrt_hit *hit,
-                bool *occluded) {
+static void ask(
+    const pktrt_scene *s, kind k, bool many, const pktrt_ray *rays, size_t n, pktrt_hit *hit, bool *occluded) {
   if (k == AO && many) pktrt_occluded_n(s, rays, occluded, n);
   else if (many) pktrt_intersect_n(s, rays, hit, n);
   for (size_t i = 0; i < n && !many; i++)
@@ -124,7 +124,7 @@ static void ask(const pktrt_scene *s, kind k, bool many, const pktrt_ray *rays, 
 
 /* Times all ways to have the field, in turns; ns a ray. */
 static void race(pktrt_scene *const s[WAYS], const options *o, kind k, bool many, const pktrt_ray *rays, size_t n,
-                 pktrt_hit *hit, bool *occluded, double ns[WAYS]) {
+    pktrt_hit *hit, bool *occluded, double ns[WAYS]) {
   static double seconds[WAYS][MAX_ROUNDS];
   for (unsigned r = 0; r < o->rounds; r++)
     for (int w = 0; w < WAYS; w++) {

@@ -117,8 +117,8 @@ static void add_desc(pktrt_scene *world, pktrt_mesh_desc *d, uint32_t features, 
   if (features & PKTRT_FEATURE_GROUPS) d->group = nth + 1, d->mask = 1u << nth;
 #ifndef PKTRT_NO_INSTANCES
   if (features & PKTRT_FEATURE_INSTANCES) {
-    static const float turned[12 * KEYS] = {1,    0, 0,    0, 0, 1, 0, 0, 0,     0, 1,    0,
-                                            0.8f, 0, 0.6f, 0, 0, 1, 0, 0, -0.6f, 0, 0.8f, 0};
+    static const float turned[12 * KEYS] = {
+        1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.8f, 0, 0.6f, 0, 0, 1, 0, 0, -0.6f, 0, 0.8f, 0};
     pktrt_instance_desc at;
     memset(&at, 0, sizeof at);
     must(world, pktrt_add_model(world, d, 1, &at.model));
@@ -253,26 +253,16 @@ static const uint32_t all_of_them = PKTRT_FEATURE_MOTION | PKTRT_FEATURE_STATS |
 static const uint32_t of_queries =
     PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES | PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL;
 static const plan plans[] = {{"MOTION", PKTRT_FEATURE_MOTION, PKTRT_MODE_WRT},
-                             {"STATS", PKTRT_FEATURE_STATS, PKTRT_MODE_WRT},
-                             {"PAPER", PKTRT_FEATURE_PAPER, PKTRT_MODE_WRT},
-                             {"LENS", PKTRT_FEATURE_LENS, PKTRT_MODE_DRT},
-                             {"SHUTTER", PKTRT_FEATURE_SHUTTER, PKTRT_MODE_DRT},
-                             {"AREA_LIGHTS", PKTRT_FEATURE_AREA_LIGHTS, PKTRT_MODE_DRT},
-                             {"GLOSS", PKTRT_FEATURE_GLOSS, PKTRT_MODE_DRT},
-                             {"DIELECTRIC", PKTRT_FEATURE_DIELECTRIC, PKTRT_MODE_WRT},
-                             {"CONDUCTOR", PKTRT_FEATURE_CONDUCTOR, PKTRT_MODE_WRT},
-                             {"NORMALS", PKTRT_FEATURE_NORMALS, PKTRT_MODE_WRT},
-                             {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},
-                             {"INSTANCES", PKTRT_FEATURE_INSTANCES, PKTRT_MODE_WRT},
-                             {"GROUPS", PKTRT_FEATURE_GROUPS, PKTRT_MODE_WRT},
-                             {"REMOVAL", PKTRT_FEATURE_REMOVAL, PKTRT_MODE_WRT},
-                             {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},
-                             {"EVERYTHING", all_of_them, PKTRT_MODE_DRT},
-                             {"MATERIALS", EVERYDAY_MATERIALS, PKTRT_MODE_WRT},
-                             {"POOL", EVERYDAY_POOL, PKTRT_MODE_WRT},
-                             {"RIGID", EVERYDAY_RIGID, PKTRT_MODE_WRT},
-                             {"BENT", EVERYDAY_BENT, PKTRT_MODE_WRT},
-                             {"PARALLEL", EVERYDAY_PARALLEL, PKTRT_MODE_WRT}};
+    {"STATS", PKTRT_FEATURE_STATS, PKTRT_MODE_WRT}, {"PAPER", PKTRT_FEATURE_PAPER, PKTRT_MODE_WRT},
+    {"LENS", PKTRT_FEATURE_LENS, PKTRT_MODE_DRT}, {"SHUTTER", PKTRT_FEATURE_SHUTTER, PKTRT_MODE_DRT},
+    {"AREA_LIGHTS", PKTRT_FEATURE_AREA_LIGHTS, PKTRT_MODE_DRT}, {"GLOSS", PKTRT_FEATURE_GLOSS, PKTRT_MODE_DRT},
+    {"DIELECTRIC", PKTRT_FEATURE_DIELECTRIC, PKTRT_MODE_WRT}, {"CONDUCTOR", PKTRT_FEATURE_CONDUCTOR, PKTRT_MODE_WRT},
+    {"NORMALS", PKTRT_FEATURE_NORMALS, PKTRT_MODE_WRT}, {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},
+    {"INSTANCES", PKTRT_FEATURE_INSTANCES, PKTRT_MODE_WRT}, {"GROUPS", PKTRT_FEATURE_GROUPS, PKTRT_MODE_WRT},
+    {"REMOVAL", PKTRT_FEATURE_REMOVAL, PKTRT_MODE_WRT}, {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},
+    {"EVERYTHING", all_of_them, PKTRT_MODE_DRT}, {"MATERIALS", EVERYDAY_MATERIALS, PKTRT_MODE_WRT},
+    {"POOL", EVERYDAY_POOL, PKTRT_MODE_WRT}, {"RIGID", EVERYDAY_RIGID, PKTRT_MODE_WRT},
+    {"BENT", EVERYDAY_BENT, PKTRT_MODE_WRT}, {"PARALLEL", EVERYDAY_PARALLEL, PKTRT_MODE_WRT}};
 enum { PLANS = sizeof plans / sizeof *plans };
 
 typedef struct work {
@@ -312,8 +302,8 @@ static void close_rays(work *w) { free(w->rays), free(w->hits), free(w->occluded
 
 /* Row by row, each ray at a time of its own. */
 static void camera_rays(pktrt_ray *rays, uint32_t size, const float from[3], const float to[3]) {
-  const double d[3] = {(double)to[0] - (double)from[0], (double)to[1] - (double)from[1],
-                       (double)to[2] - (double)from[2]};
+  const double d[3] = {
+      (double)to[0] - (double)from[0], (double)to[1] - (double)from[1], (double)to[2] - (double)from[2]};
   const double right[3] = {-d[2], 0, d[0]}; /* as long as the view is far, but for its tilt: 53 degrees */
   memset(rays, 0, (size_t)size * size * sizeof *rays);
   for (uint32_t i = 0; i < size * size; i++) {
@@ -370,7 +360,7 @@ static uint32_t features_in(const plan *p, bool with, const char *base) {
 
 static void print_report(const pktrt_scene_report *r) {
   printf("%llu %.3f %llu %s\n", (unsigned long long)r->bytes, (double)r->bytes / (double)r->info.triangles,
-         (unsigned long long)r->worker, pktrt_isa_string(r->info.isa));
+      (unsigned long long)r->worker, pktrt_isa_string(r->info.isa));
 }
 
 static int run_call(const char *name, bool with, const char *word, const char *base) {
@@ -480,7 +470,7 @@ static int run_races(bool aside, unsigned rounds) {
     const double met = race_rays(&w, incoherent, aside, lo, hi);
     for (int which = INTERSECT; which <= OCCLUDED; which++)
       printf("%s_%s %.4f %.4f\n", incoherent ? "incoherent" : "coherent", call_words[which],
-             race(world, (call)which, &w, rounds), met);
+          race(world, (call)which, &w, rounds), met);
   }
   for (int i = 0; i < 2; i++) pktrt_scene_destroy(world[i]);
   close_rays(&w);
@@ -516,9 +506,9 @@ int main(int argc, char **argv) {
   if (argc >= 4 && strcmp(argv[1], "race") && strcmp(argv[1], "past"))
     return run_call(argv[1], !strcmp(argv[2], "with"), argv[3], argc > 4 ? argv[4] : "");
   fprintf(stderr,
-          "usage: %s FEATURE with|without render|intersect|occluded [mirror|moving|textured|lights]\n"
-          "       %s race aside|across ROUNDS\n"
-          "       %s past aside|across static|moving coherent|incoherent intersect|occluded\n",
-          argv[0], argv[0], argv[0]);
+      "usage: %s FEATURE with|without render|intersect|occluded [mirror|moving|textured|lights]\n"
+      "       %s race aside|across ROUNDS\n"
+      "       %s past aside|across static|moving coherent|incoherent intersect|occluded\n",
+      argv[0], argv[0], argv[0]);
   return 1;
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures the pictures of `make demo`, and ray casting by one thread and two, for the README: pictures.sh BUILD RESULTS
+# Measures the pictures of `make demo`, and ray casting by one thread and two, for bench/README.md: pictures.sh BUILD RESULTS
 # writes RESULTS/pictures.csv.
 set -euo pipefail
 cd "$(dirname "$0")/.."

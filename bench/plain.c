@@ -3,10 +3,10 @@
 #define PKTRT_STATIC
 #define PKTRT_IMPLEMENTATION
 #ifdef PLAIN_STAGES
-#define PKTRT__REACHED(stage) (stages_reached |= 1u << (stage))
+#define PK_REACHED(stage) (stages_reached |= 1u << (stage))
 unsigned stages_reached = 0;
 #else
-#define PKTRT__OTHER_TESTS "bench/plain_tests.h"
+#define PK_OTHER_TESTS "bench/plain_tests.h"
 #endif
 #ifdef __GNUC__ /* the exact tests are there, and nobody calls them */
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -24,5 +24,5 @@ unsigned stages_reached = 0;
 #define PLAIN kensler
 #define PLAIN_NAME "Kensler-Shirley"
 #endif
-const library PLAIN = {PLAIN_NAME,          pktrt_scene_create, pktrt_add_mesh,  pktrt_commit,
-                       pktrt_scene_destroy, pktrt_intersect_n,  pktrt_occluded_n};
+const library PLAIN = {PLAIN_NAME, pktrt_scene_create, pktrt_add_mesh, pktrt_commit, pktrt_scene_destroy,
+    pktrt_intersect_n, pktrt_occluded_n};

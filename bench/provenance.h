@@ -45,16 +45,10 @@ static const char *class_of(const processor *p) {
     const char *vendor; /* a word of the name that tells vendors with the same numbers apart */
     int family, first, last;
     const char *name;
-  } known[] = {{"Intel", 6, 0x55, 0x55, "Skylake or Cascade Lake"},
-               {"Intel", 6, 0x6a, 0x6c, "Ice Lake"},
-               {"Intel", 6, 0x8f, 0x8f, "Sapphire Rapids"},
-               {"Intel", 6, 0xcf, 0xcf, "Emerald Rapids"},
-               {"Intel", 6, 0xad, 0xae, "Granite Rapids"},
-               {"AMD", 23, 0x31, 0x31, "Zen 2"},
-               {"AMD", 25, 0x00, 0x0f, "Zen 3"},
-               {"AMD", 25, 0x10, 0x1f, "Zen 4"},
-               {"AMD", 25, 0xa0, 0xaf, "Zen 4"},
-               {"AMD", 26, 0x00, 0x1f, "Zen 5"}};
+  } known[] = {{"Intel", 6, 0x55, 0x55, "Skylake or Cascade Lake"}, {"Intel", 6, 0x6a, 0x6c, "Ice Lake"},
+      {"Intel", 6, 0x8f, 0x8f, "Sapphire Rapids"}, {"Intel", 6, 0xcf, 0xcf, "Emerald Rapids"},
+      {"Intel", 6, 0xad, 0xae, "Granite Rapids"}, {"AMD", 23, 0x31, 0x31, "Zen 2"}, {"AMD", 25, 0x00, 0x0f, "Zen 3"},
+      {"AMD", 25, 0x10, 0x1f, "Zen 4"}, {"AMD", 25, 0xa0, 0xaf, "Zen 4"}, {"AMD", 26, 0x00, 0x1f, "Zen 5"}};
   for (size_t i = 0; i < sizeof known / sizeof *known; i++)
     if (strstr(p->name, known[i].vendor) && p->family == known[i].family && p->model >= known[i].first &&
         p->model <= known[i].last)
@@ -79,8 +73,8 @@ static void write_provenance(FILE *to, const char *command) {
   read_processor(&p);
   if (today) strftime(date, sizeof date, "%Y-%m-%d", today);
   fprintf(to, "# version %d.%d.%d; machine %s, %s, %ld core%s; date %s; command %s\n", PKTRT_VERSION / 10000,
-          PKTRT_VERSION / 100 % 100, PKTRT_VERSION % 100, class_of(&p), widest_vectors(&p), cores,
-          cores == 1 ? "" : "s", date, command);
+      PKTRT_VERSION / 100 % 100, PKTRT_VERSION % 100, class_of(&p), widest_vectors(&p), cores, cores == 1 ? "" : "s",
+      date, command);
 }
 
 /* A program's arguments as one line, as long as there is room. To be kept before getopt moves them. */

@@ -1,6 +1,8 @@
-# Fills in the tables of a README: what stands between the marks <!-- NAME --> and <!-- /NAME --> becomes the table NAME of
-# `results`. Most are NAME.md, written with NAME.csv in the same run; those with a function below are made from CSV files here.
-# Under each stands where it is from: the first line of its CSV file. A table whose files are not there stays as it is.
+# Fills in the tables of a README: the lines between the marks <!-- NAME --> and <!-- /NAME --> become the table NAME of `results`.
+# Most are NAME.md, written with NAME.csv in the same run; those with a function below are made from CSV files here. Under each
+# table stands its origin: the first line of its CSV file. A table whose files are missing stays as it is.
+# A mark may choose from NAME.md: <!-- NAME 1 3 --> takes the first and the third table, each with the text above it, and
+# <!-- NAME 1 8x8 --> of the first table only the rows that contain 8x8. Then a link to the whole file follows.
 
 # --- files ---
 
@@ -52,14 +54,9 @@ function origin(name, what,    line, at) {
   if (what != "command" && index(line, ";")) line = substr(line, 1, index(line, ";") - 1)
   return line
 }
-function number_of(version,    v) { split(version, v, "."); return v[1] * 10000 + v[2] * 100 + v[3] }
 function caption(name,    text) {
   text = "Version " origin(name, "version") "; " origin(name, "machine") "; " origin(name, "date")
-  text = text "; `" origin(name, "command") "`."
-  if (name ~ /^(figure[678]|section4)$/ && number_of(origin(name, "version")) < 600)
-    text = text " Boxes of the fast path count eight places for each node, empty ones too: 1.02 to 1.03 times" \
-      " as many as are there. (Counted as they are from 0.6.0 on.)"
-  return text
+  return text "; `" origin(name, "command") "`."
 }
 # For tables of several files: a cell of each row, and the line below.
 function measured(name,    machine) {
@@ -72,7 +69,7 @@ function measured(name,    machine) {
 function begin_rows(    m) { for (m in machines) delete machines[m]; all_machines = "" }
 function end_rows() { print "\nMachines: " all_machines "." }
 
-# --- the README's first figures ---
+# --- the first figures of the paper's results ---
 
 function scene_row(what, baseline, paper, name, v,    scenes, i, cells, worst) {
   split("conference rtrt poolhall", scenes, " ")
@@ -120,7 +117,7 @@ function table_first(    f, paper, fast, widest, v, p, s) {
   end_rows()
 }
 
-# --- the README's pictures and other figures ---
+# --- pictures and other figures ---
 
 function table_pictures(    f, sum, spp, depth, seconds) {
   print "| picture | size | rays per sample | depth of the ray tree | Mrays/s | seconds |"
@@ -138,7 +135,10 @@ function table_pictures(    f, sum, spp, depth, seconds) {
 }
 
 function figure_row(what, command, name, figure) { print "| " what " | " command " | " measured(name) " | " figure " |" }
-function millions(n) { return sprintf(n < 2e7 ? "%.1f million" : "%.0f million", n / 1e6) }
+function millions(n) {
+  if (n < 1e6) return sprintf("%d", n)
+  return sprintf(n < 2e7 ? "%.1f million" : "%.0f million", n / 1e6)
+}
 
 function rows_of_pictures(    f, one, two) {
   while (next_row("pictures", f)) if (f["counted"] == 0) { if (f["threads"] == 1) one = f["seconds"]; else two = f["seconds"] }
@@ -153,7 +153,6 @@ function rows_of_tests(    f) {
 function rows_of_stability(    f, n, found, tried, caught, at, ulps, uv) {
   while (next_row("stability", f)) {
     at = f["part"] " " f["what"]
-    if (at ~ /^culling (hits|occlusion) lost/) at = "culling lost"
     if (f["kind"] == "count") { n[at] += f["rays"]; found[at] += f["value"] }
     if (f["kind"] == "control" && f["control"] == "Moeller-Trumbore") { tried[at] += f["rays"]; caught[at] += f["value"] }
     if (at != "accuracy 99.9%" || f["case"] !~ /^well-conditioned/) continue
@@ -164,12 +163,7 @@ function rows_of_stability(    f, n, found, tried, caught, at, ulps, uv) {
   figure_row("rays aimed at vertices and edges of closed meshes", "`make stability`", "stability",
     sprintf("%s rays, %d leak; Moeller-Trumbore, on a part of them: 1 in %.0f", millions(n[at]), found[at],
       tried[at] / caught[at]))
-  figure_row("packets against the same rays one by one", "`make stability`", "stability",
-    sprintf("%s answers, %d hits lost", millions(n["culling lost"]), found["culling lost"]))
-  at = "secondary hits of the triangle left"
-  figure_row("rays that leave a surface and meet the same triangle", "`make stability`", "stability",
-    sprintf("%d of %s", found[at], millions(n[at])))
-  figure_row("distance of hits from the exact point, 99.9% of rays, well-conditioned (others are in `bench/README.md`)",
+  figure_row("distance of hits from the exact point, 99.9% of well-conditioned rays",
     "`make stability`", "stability", sprintf("within %.1f ulps of the largest coordinate; u and v: %.1f", ulps, uv))
 }
 function rows_of_points(    f, worst, over, at) {
@@ -230,61 +224,58 @@ function rows_of_adaptive(    f, one, seconds, points, way, scenes, n, i, s, pas
     "pool hall " pair(ratio, "poolhall") "; conference " pair(ratio, "conference") "; rtrt " pair(ratio, "rtrt") \
     sprintf("; worst of %d scenes %.2f (%s)", n, worst, text))
 }
-function mean_of(logs, n, moving,    k, m) {
-  k = "Kensler-Shirley" moving; m = "Moeller-Trumbore" moving
-  return sprintf("%.2f, %.2f", exp(logs[k] / n[k]), exp(logs[m] / n[m]))
-}
-function rows_of_exactness(    f, n, logs, at, worst, where) {
-  while (next_row("exactness", f)) {
-    if (f["isa"] != "avx512") continue
-    at = f["test"] f["moving"]
-    n[at]++; logs[at] += log(f["ratio"])
-    if (f["ratio"] > worst) { worst = f["ratio"]; where = f["scene"] ", " f["kind"] }
-  }
-  figure_row("time that exactness costs, beside the tests of Kensler and Shirley, of Moeller and Trumbore in the same kernels" \
-    " (AVX-512)", "`make exactness`", "exactness", sprintf("%s times at rest, %s moving; worst %.2f (%s)", mean_of(logs, n, 0),
-      mean_of(logs, n, 1), worst, where))
-}
-function table_figures() {
+function head_of_figures() {
   begin_rows()
   print "| what | command | measured | figure |\n|---|---|---|---|"
-  rows_of_pictures(); rows_of_tests(); rows_of_stability(); rows_of_points()
-  rows_of_estimates(); rows_of_targets(); rows_of_adaptive(); rows_of_exactness()
+}
+function table_figures() {
+  head_of_figures()
+  rows_of_pictures(); rows_of_tests(); rows_of_stability()
+  end_rows()
+}
+function table_error_figures() {
+  head_of_figures()
+  rows_of_points(); rows_of_estimates(); rows_of_targets(); rows_of_adaptive()
   end_rows()
 }
 
-# --- the pool hall beside Embree, of rows like those of peers.csv ---
+# --- the README's headline figures ---
 
-function table_peers_poolhall(    f, v, kinds, names, n, i, k, runs, line, moving, ratio) {
-  while (next_row("peers_poolhall", f)) {
-    k = f["what"]
-    ratio = f["library"] == "ratio"
-    if (ratio && f["mode"] == "time of a run") runs[k] = runs[k] (runs[k] == "" ? "" : ", ") sprintf("%.2f", f["median"])
-    if (f["setting"] ~ /^moving/) {
-      if (ratio && f["mode"] == "many" && f["isa"] == "avx512") moving[k] = f["median"]
-      continue
-    }
-    if (ratio) v[f["isa"], k, f["mode"]] = f["median"]
-    else if (f["isa"] == "avx512") {
-      if (f["library"] == "pktrt" && f["mode"] !~ /^(_n|_soa|time)$/ || f["mode"] ~ /robust/) continue
-      if (f["unit"] !~ /^(Mrays\/s|ms)$/) continue
-      if (f["unit"] == "ms" ? !((f["library"], k) in v) || f["median"] < v[f["library"], k] : f["median"] > v[f["library"], k])
-        v[f["library"], k] = f["median"]
-    }
+function ratio_or_none(value, format) { return value == "" ? "" : sprintf(format, value) }
+function table_headline(    f, names, codes, words, n, i, what) {
+  n = split("primary;shadow;shadow-from-light;mirror;second-mirror;diffuse;ao;build;refit", codes, ";")
+  split("camera rays;shadow rays from surfaces;shadow rays from a light;first mirror rays;second mirror rays;diffuse rays;" \
+    "ambient occlusion rays;building the tree, ms;refitting the tree, ms", words, ";")
+  for (i = 1; i <= n; i++) names[codes[i]] = words[i]
+  print "| Mrays/s on one core | Embree | pktrt | ratio | ratio, single calls | ratio, moving |\n|---|---:|---:|---:|---:|---:|"
+  while (next_row("headline", f)) {
+    what = f["what"]
+    if (what in names) what = names[what]
+    else if (f["unit"] == "s") what = what ", two threads, s"
+    printf "| %s | %s | %s | %s | %s | %s |\n", what, ratio_or_none(f["embree"], "%.1f"),
+      ratio_or_none(f["pktrt"], f["pktrt"] < 1 ? "%.2f" : "%.1f"),
+      ratio_or_none(f["ratio"], "%.2f"), ratio_or_none(f["single"], "%.2f"), ratio_or_none(f["moving"], "%.2f")
   }
-  print "| Mrays/s | Embree | pktrt, many | ratio | AVX2 only | single calls |\n|---|---:|---:|---:|---:|---:|"
-  n = split("primary;shadow;shadow-from-light;mirror;second-mirror;diffuse;ao;build;refit", kinds, ";")
-  split("primary;shadow, from the surface;shadow, from the light;mirror;second mirror;diffuse;ambient occlusion;" \
-    "build, ms (less is better);refit, ms (less is better)", names, ";")
+  print ""
+}
+
+# --- stability: a row for each part ---
+
+function table_stability_parts(    f, parts, n, i, p, cases, tried, found, control, caught) {
+  while (next_row("stability", f)) {
+    p = f["part"]
+    if (f["kind"] != "count" && f["kind"] != "control") continue
+    if (!(p in tried)) { parts[++n] = p; tried[p] = 0 }
+    if (f["kind"] == "count") { cases[p]++; tried[p] += f["rays"]; found[p] += f["value"] }
+    else { control[p] += f["rays"]; caught[p] += f["value"] }
+  }
+  print "| part | counts | rays or tries | faults found | rays or tries of the controls | faults found there |"
+  print "|---|--:|--:|--:|--:|--:|"
   for (i = 1; i <= n; i++) {
-    k = kinds[i]; line = i > 7 ? "time" : "many"
-    if (runs[k] != "") names[i] = names[i] "; ratios of other runs: " runs[k]
-    printf "| %s | %.1f | %.1f | %.2f | %.2f |", names[i], v["Embree", k], v["pktrt", k], v["avx512", k, line], v["avx2", k, line]
-    if (i > 7) print " |"; else printf " %.2f |\n", v["avx512", k, "single"]
+    p = parts[i]
+    printf "| %s | %d | %s | %d | %s | %s |\n", p, cases[p], millions(tried[p]), found[p], millions(control[p]), millions(caught[p])
   }
-  printf "\nWhere the hall turns and every ray has a time of its own, in the same order: "
-  for (i = 1; i <= 7; i++) printf "%s%.2f", (i > 1 ? ", " : ""), moving[kinds[i]]
-  print " times Embree's fastest mode.\n"
+  print ""
 }
 
 function table_fuzz(    f, feeds) {
@@ -311,25 +302,43 @@ function table_checksums(    f, sum) {
 
 BEGIN {
   needs["first"] = "table1 table3 section31 embree_rcs"
-  needs["figures"] = "pictures tests stability error_slopes error_bounds error_estimates error_targets error_adaptive exactness"
-  needs["pictures"] = "pictures"; needs["peers_poolhall"] = "peers_poolhall"; needs["fuzz"] = "fuzz"
+  needs["figures"] = "pictures tests stability"
+  needs["error_figures"] = "error_slopes error_bounds error_estimates error_targets error_adaptive"
+  needs["pictures"] = "pictures"; needs["headline"] = "headline"; needs["stability_parts"] = "stability"; needs["fuzz"] = "fuzz"
   needs["checksums"] = "checksums"
 }
-function table(name,    file, line, blank) {
+# The lines of NAME.md, or those that a mark chooses: `blocks` are numbers of tables between blanks, or none for all; `rows` is
+# what a row must contain.
+function table_of_file(name, blocks, rows,    file, line, blank, block, in_table, row, shown) {
+  file = results "/" name ".md"
+  block = blank = 1
+  while ((getline line < file) > 0) {
+    if (line !~ /^\|/ && in_table) { in_table = row = 0; block++ }
+    if (line ~ /^\|/) { in_table = 1; row++ }
+    shown = blocks == " " || index(blocks, " " block " ")
+    if (shown && in_table && row > 2 && rows != "") shown = index(line, rows) > 0
+    if (!shown || (line == "" && blank)) continue
+    print line
+    blank = line == ""
+  }
+  close(file)
+  if (!blank) print ""
+}
+function table(name, blocks, rows,    where) {
   print ""
   if (name == "first") table_first()
   else if (name == "figures") table_figures()
+  else if (name == "error_figures") table_error_figures()
   else if (name == "pictures") table_pictures()
-  else if (name == "peers_poolhall") table_peers_poolhall()
+  else if (name == "headline") table_headline()
+  else if (name == "stability_parts") table_stability_parts()
   else if (name == "fuzz") table_fuzz()
   else if (name == "checksums") table_checksums()
-  else {
-    file = results "/" name ".md"
-    while ((getline line < file) > 0) { print line; blank = line == "" }
-    close(file)
-    if (!blank) print ""
-  }
-  if (name != "first" && name != "figures") print caption(name)
+  else table_of_file(name, blocks, rows)
+  where = FILENAME ~ /bench\/README\.md$/ ? "results/" : "../results/"
+  if (name == "stability_parts") print caption("stability") " [All of it](" where "stability.md)."
+  else if (name !~ /^(first|figures|error_figures)$/)
+    print caption(name) (blocks == " " ? "" : " [All of it](" where name ".md).")
   print ""
 }
 function can(name,    line, ok) {
@@ -340,7 +349,8 @@ function can(name,    line, ok) {
 }
 inside && $0 == "<!-- /" name " -->" { inside = 0 }
 !inside { print }
-/^<!-- [a-z0-9_]+ -->$/ && !inside {
-  name = $2
-  if (can(name)) { inside = 1; table(name) }
+/^<!-- [a-z0-9_]+( [^ ]+)* -->$/ && !inside {
+  name = $2; blocks = " "; rows = ""
+  for (i = 3; i < NF; i++) { if ($i ~ /^[0-9]$/) blocks = blocks $i " "; else rows = $i }
+  if (can(name)) { inside = 1; table(name, blocks, rows) }
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Counts the rays that tests compare bit for bit, for the README: tests.sh BUILD RESULTS writes RESULTS/tests.csv.
+# Counts the rays that tests compare bit for bit, for bench/README.md: tests.sh BUILD RESULTS writes RESULTS/tests.csv.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=$1 results=$2

@@ -6,8 +6,8 @@
 enum { WASM_SIZE = 192, WASM_ROUNDS = 5 };
 
 /* Returns the least time of some rounds, per ray. */
-static double time_of(const pktrt_scene *world, const ray_set *rays, bool occlusion, bool many, pktrt_hit *hit,
-                      bool *dark) {
+static double time_of(
+    const pktrt_scene *world, const ray_set *rays, bool occlusion, bool many, pktrt_hit *hit, bool *dark) {
   double least = INFINITY;
   for (int round = 0; round < WASM_ROUNDS; round++) {
     const double start = ex_seconds();
@@ -40,8 +40,8 @@ int main(void) {
       make_kind(&g, world, (kind)k, &s, &rays);
       if (!rays.count) continue;
       printf("%s %s %.2f %.2f\n", g.name, kind_names[k],
-             time_of(world, &rays, kind_occlusion((kind)k), true, hit, dark),
-             time_of(world, &rays, kind_occlusion((kind)k), false, hit, dark));
+          time_of(world, &rays, kind_occlusion((kind)k), true, hit, dark),
+          time_of(world, &rays, kind_occlusion((kind)k), false, hit, dark));
     }
     rays_free(&rays), sources_free(&s);
     pktrt_scene_destroy(world);

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # What the implementation weighs: bytes of code and seconds to compile of six usual builds, beside examples/render.c without it.
-#   weight.sh [--turns N]     writes the list in pktrt.h, under "Weight", and shows it
+#   weight.sh [--turns N] RESULTS
+#                             writes RESULTS/weight.list and shows it
+#   weight.sh --publish LIST  makes it the list in examples/manual.md, under "Weight"
 #   weight.sh --before HEADER PROVENANCE RESULTS
 #                             the same builds of another header, in turns: writes RESULTS/weight.csv and .md
 #   weight.sh --check         fails where a build weighs more than the list says, or where a control of 3% more is not noticed
@@ -10,16 +12,28 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 turns=3 check=''
 [ "${1:-}" != --check ] || check=yes turns=1
-[ "${1:-}" != --turns ] || turns=$2
+[ "${1:-}" != --turns ] || { turns=$2; shift 2; }
 work=build/weight
+manual=examples/manual.md
 mkdir -p $work
 cc="${CC:-gcc} -std=c99 -O2 -w"
 avx2=-DPKTRT_NO_SSE2
 queries="$avx2 -DPKTRT_NO_RENDER"
 barest="$queries"
-for part in MOTION STATS PAPER INSTANCES GROUPS REMOVAL SURFACES POOLS CLOSEST NORMALS; do barest="$barest -DPKTRT_NO_$part"; done
+for part in MOTION STATS PAPER INSTANCES GROUPS REMOVAL SURFACES POOLS CLOSEST NORMALS QUALITIES; do barest="$barest -DPKTRT_NO_$part"; done
 names=(whole "AVX2 alone" "queries, AVX2" "barest queries, AVX2" "scalar" "with AVX-512")
 flags=("" "$avx2" "$queries" "$barest" "-DPKTRT_NO_SIMD" "-DPKTRT_AVX512")
+
+# The list in the manual: a heading, a row for each build, and what it is measured beside.
+heading='| build | seconds | bytes of code |'
+if [ "${1:-}" = --publish ]; then
+  awk -v list="$2" -v heading="$heading" '
+    $0 == heading {while ((getline line < list) > 0) print line; skip = 1}
+    skip && /^[|]/ {next}
+    {skip = 0; print}' $manual >$work/manual.md
+  cmp -s $work/manual.md $manual || { cp $work/manual.md $manual && echo "published: the list of weights in $manual"; }
+  exit
+fi
 
 compiler=$($cc -dumpversion | cut -d. -f1)
 if ! $cc -v 2>&1 | grep -q '^gcc version' || [ "$compiler" != 12 ] || [ "$(uname -m)" != x86_64 ]; then
@@ -35,14 +49,15 @@ compile() { # object, arguments...: prints the least seconds of all turns
     { TIMEFORMAT=%U; time $cc "$@" -c -o "$object"; } 2>&1
   done | sort -g | head -1
 }
-beside() { compile $work/render.o -DPKTRT__IMPLEMENTED -DPKTRT__ENTRY_POINTS examples/render.c; }
+beside() { compile $work/render.o -DPK_IMPLEMENTED -DPK_ENTRY_POINTS examples/render.c; }
 build() { compile "$work/$1.o" ${flags[$1]} -DPKTRT_IMPLEMENTATION -x c pktrt.h; }
 
-# The list in the header: a heading, what it is measured beside, and a row for each build.
-heading='     build                      seconds      bytes of code'
-row() { printf '     %-24s %9.1f   %16s\n' "$1" "$2" "$(printf "%d" "$3" | sed -E ':a; s/([0-9])([0-9]{3})($|,)/\1,\2\3/; ta')"; }
+row() { printf '| %s | %.1f | %s |\n' "$1" "$2" "$(printf "%d" "$3" | sed -E ':a; s/([0-9])([0-9]{3})($|,)/\1,\2\3/; ta')"; }
 listed() { # name: seconds and bytes
-  awk -v name="$1" 'index($0, "     " name "  ") == 1 {gsub(",", ""); print $(NF - 1), $NF; exit}' pktrt.h
+  awk -F ' *[|] *' -v heading="$heading" -v name="$1" '
+    $0 == heading { inside = 1 }
+    !/^[|]/ { inside = 0 }
+    inside && $2 == name { gsub(",", ""); print $3, $4; exit }' $manual
 }
 
 # --- beside another header ---
@@ -85,18 +100,14 @@ bytes_beside=$(bytes_of $work/render.o)
 if [ -z "$check" ]; then
   {
     echo "$heading"
+    echo "|---|--:|--:|"
     for i in "${!names[@]}"; do
       seconds=$(build "$i")
       row "${names[i]}" "$seconds" "$(bytes_of "$work/$i.o")"
     done
     row "examples/render.c" "$seconds_beside" "$bytes_beside"
-  } >$work/list
-  awk -v list=$work/list '
-    /^     build  +seconds  +bytes of code$/ {while ((getline line < list) > 0) print line; skip = 1; next}
-    skip && /^     [a-zA-Z].*  +[0-9.]+  +[0-9,]+$/ {next}
-    {skip = 0; print}' pktrt.h >$work/pktrt.h
-  cmp -s $work/pktrt.h pktrt.h || cp $work/pktrt.h pktrt.h
-  cat $work/list
+  } >"$1/weight.list"
+  cat "$1/weight.list"
   exit
 fi
 
@@ -128,5 +139,5 @@ whole=$(compile $work/0.o -DPKTRT_IMPLEMENTATION -x c pktrt.h)
 seconds=$(compile $work/slow.o -O0 -DPKTRT_IMPLEMENTATION -x c pktrt.h)
 echo "weight: at -O0 $(bytes_of $work/slow.o) bytes in $seconds s, at -O2 in $whole s"
 [ "$(bytes_of $work/slow.o)" -lt 1500000 ] && awk -v a="$seconds" -v b="$whole" 'BEGIN {exit !(a < b)}' || failed=1
-[ $failed = 0 ] || echo "weight: find what made it so, or list the new weight by make weight"
+[ $failed = 0 ] || echo "weight: find what made it so, or list the new weight by make weight bench-publish"
 exit $failed

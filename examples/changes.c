@@ -12,13 +12,13 @@ static float pixels[3 * WIDTH * HEIGHT];
 
 /* Adds a car of a body, a cabin and four wheels as a model of one mesh, whose triangles have two materials. Its length is along x. */
 static bool add_car(pktrt_scene *scene, uint32_t paint, uint32_t *model) {
-  static const float boxes[CAR_BOXES][2][3] = {
-      {{-1, 0.2f, -0.45f}, {1, 0.6f, 0.45f}},      {{-0.55f, 0.6f, -0.4f}, {0.35f, 0.95f, 0.4f}},
-      {{-0.75f, 0, -0.5f}, {-0.4f, 0.35f, -0.4f}}, {{0.4f, 0, -0.5f}, {0.75f, 0.35f, -0.4f}},
-      {{-0.75f, 0, 0.4f}, {-0.4f, 0.35f, 0.5f}},   {{0.4f, 0, 0.4f}, {0.75f, 0.35f, 0.5f}}};
+  static const float boxes[CAR_BOXES][2][3] = {{{-1, 0.2f, -0.45f}, {1, 0.6f, 0.45f}},
+      {{-0.55f, 0.6f, -0.4f}, {0.35f, 0.95f, 0.4f}}, {{-0.75f, 0, -0.5f}, {-0.4f, 0.35f, -0.4f}},
+      {{0.4f, 0, -0.5f}, {0.75f, 0.35f, -0.4f}}, {{-0.75f, 0, 0.4f}, {-0.4f, 0.35f, 0.5f}},
+      {{0.4f, 0, 0.4f}, {0.75f, 0.35f, 0.5f}}};
   /* Of a box whose corner i has the larger x, y, z where bits 0, 1, 2 of i are set: counter-clockwise from outside. */
-  static const uint32_t faces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                                        {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  static const uint32_t faces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7},
+      {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   static float corners[CAR_BOXES][8][3];
   static uint32_t triangles[CAR_BOXES][12][3], materials[CAR_BOXES][12];
   static pktrt_mesh_desc car;

@@ -80,8 +80,8 @@ EX_UNUSED static void ex_log(void *user, int level, const char *sentence) {
 /* Each reads the value of the option --name and returns whether it is good; if not, it has said what would be. */
 
 /* A decimal number, alone, within [lo, hi]; of an argument that is no option. */
-EX_UNUSED static bool ex_parse_argument(const char *name, const char *text, unsigned long lo, unsigned long hi,
-                                        unsigned *value) {
+EX_UNUSED static bool ex_parse_argument(
+    const char *name, const char *text, unsigned long lo, unsigned long hi, unsigned *value) {
   char *end = NULL;
   errno = 0;
   unsigned long v = strtoul(text, &end, 10);
@@ -92,16 +92,16 @@ EX_UNUSED static bool ex_parse_argument(const char *name, const char *text, unsi
 }
 
 /* The number that is a program's only argument, or what it is unless told. Ends the program if it is no good. */
-EX_UNUSED static unsigned ex_only_argument(int argc, char **argv, const char *name, unsigned unless_told,
-                                           unsigned long lo, unsigned long hi) {
+EX_UNUSED static unsigned ex_only_argument(
+    int argc, char **argv, const char *name, unsigned unless_told, unsigned long lo, unsigned long hi) {
   unsigned value = unless_told;
   if (argc > 2) ex_fail("%s: an argument too many: the only one is %s", argv[2], name);
   if (argc > 2 || (argc == 2 && !ex_parse_argument(name, argv[1], lo, hi, &value))) exit(1);
   return value;
 }
 
-EX_UNUSED static bool ex_parse_uint(const char *name, const char *text, unsigned long lo, unsigned long hi,
-                                    unsigned *value) {
+EX_UNUSED static bool ex_parse_uint(
+    const char *name, const char *text, unsigned long lo, unsigned long hi, unsigned *value) {
   char option[32];
   snprintf(option, sizeof option, "--%s", name);
   return ex_parse_argument(option, text, lo, hi, value);
@@ -238,8 +238,8 @@ EX_UNUSED static bool ex_has_suffix(const char *name, const char *suffix) {
 
 /* Writes linear values, row 0 at the top, and closes the file: three channels as .png (sRGB, 8 bit) or .pfm (linear
    floats), one as .pfm, by the name that it is called by. Says what went wrong. */
-EX_UNUSED static bool ex_write_stream(FILE *file, const char *name, const float *pixels, unsigned width,
-                                      unsigned height, unsigned channels) {
+EX_UNUSED static bool ex_write_stream(
+    FILE *file, const char *name, const float *pixels, unsigned width, unsigned height, unsigned channels) {
   errno = 0;
   bool ok = ex_has_suffix(name, ".pfm") ? ex_write_pfm(file, pixels, width, height, channels)
                                         : ex_write_png(file, pixels, width, height);
@@ -252,8 +252,8 @@ EX_UNUSED static bool ex_write_stream(FILE *file, const char *name, const float 
   return ok || ex_fail("%s: could not be written: %s", name, error ? strerror(error) : "out of memory");
 }
 
-EX_UNUSED static bool ex_write_channels(const char *path, const float *pixels, unsigned width, unsigned height,
-                                        unsigned channels) {
+EX_UNUSED static bool ex_write_channels(
+    const char *path, const float *pixels, unsigned width, unsigned height, unsigned channels) {
   FILE *file = fopen(path, "wb");
   if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
   return ex_write_stream(file, path, pixels, width, height, channels);

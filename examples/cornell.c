@@ -5,9 +5,8 @@
 
 enum { SIZE = 320, N = 64, LAMP = 3 }; /* N samples of a pixel; room, boxes and lamp are cubes without bottom */
 static const float places[][12] = {{1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 1},
-                                   {.28f, 0, .09f, .15f, 0, .6f, 0, 0, -.09f, 0, .28f, .28f},
-                                   {.28f, 0, -.09f, .56f, 0, .3f, 0, 0, .09f, 0, .28f, .51f},
-                                   {.24f, 0, 0, .38f, 0, -.002f, 0, 1, 0, 0, .2f, .4f}};
+    {.28f, 0, .09f, .15f, 0, .6f, 0, 0, -.09f, 0, .28f, .28f},
+    {.28f, 0, -.09f, .56f, 0, .3f, 0, 0, .09f, 0, .28f, .51f}, {.24f, 0, 0, .38f, 0, -.002f, 0, 1, 0, 0, .2f, .4f}};
 static const float tints[][3] = {{.7f, .7f, .7f}, {.6f, .05f, .05f}, {.14f, .45f, .1f}, {.44f, .34f, .22f}};
 static const pktrt_sampling sampling = {PKTRT_SAMPLER_SOBOL, N, 0}; /* the last tint is the lamp's light / N */
 static float pixels[SIZE * SIZE][3], cube[90], eye[] = {.5f, .5f, 2.44f};

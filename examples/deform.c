@@ -31,10 +31,9 @@ static void print_help(void) {
 }
 
 static bool parse_options(options *o, int argc, char **argv) {
-  static const struct option list[] = {
-      {"scene", required_argument, NULL, 's'}, {"frames", required_argument, NULL, 'f'},
-      {"size", required_argument, NULL, 'S'},  {"rebuild", required_argument, NULL, 'r'},
-      {"help", no_argument, NULL, 'h'},        {NULL, 0, NULL, 0}};
+  static const struct option list[] = {{"scene", required_argument, NULL, 's'},
+      {"frames", required_argument, NULL, 'f'}, {"size", required_argument, NULL, 'S'},
+      {"rebuild", required_argument, NULL, 'r'}, {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
   bool ok = true;
   int word = 0;
   o->scene = "rtrt", o->frames = 24, o->width = o->height = 512, o->rebuild = PKTRT_REBUILD_ADVISE;
@@ -74,10 +73,10 @@ static bool animate(pktrt_scene *world, const scene *s, const options *o, unsign
   const double rendered = ex_seconds();
   pktrt_get_scene_info(world, &after);
   printf("  %03u %9.2f %9.2f %9.3f %9.2f %9.2f%s\n", frame, 1e3 * (posed - start), 1e3 * (fitted - posed),
-         rendered - fitted, after.sah_now, after.sah_at_build,
-         after.rebuild_advised                       ? "  rebuild advised"
-         : after.sah_at_build != before.sah_at_build ? "  rebuilt"
-                                                     : "");
+      rendered - fitted, after.sah_now, after.sah_at_build,
+      after.rebuild_advised                       ? "  rebuild advised"
+      : after.sah_at_build != before.sah_at_build ? "  rebuilt"
+                                                  : "");
   fflush(stdout);
   snprintf(path, sizeof path, "out/deform-%03u.png", frame);
   return ex_write_picture(path, view->pixels, o->width, o->height);

@@ -115,8 +115,8 @@ int main(void) {
   printf("the knot is closed, of %u triangles, in %u bytes\n", (unsigned)info.triangles, (unsigned)info.bytes);
   (void)pktrt_closest_point(scene, middle, INFINITY, &closest[0]);
   printf("the origin is %.3f away from the knot: at %.3f, %.3f, %.3f, of triangle %u\n", (double)closest[0].distance,
-         (double)closest[0].point[0], (double)closest[0].point[1], (double)closest[0].point[2],
-         (unsigned)closest[0].triangle);
+      (double)closest[0].point[0], (double)closest[0].point[1], (double)closest[0].point[2],
+      (unsigned)closest[0].triangle);
   for (uint32_t y = 0; y < HEIGHT; y++) draw_row(scene, y);
   pktrt_scene_destroy(scene);
   return ex_write_picture("out/distance.png", pixels[0][0], WIDTH, HEIGHT) ? 0 : 1;

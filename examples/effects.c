@@ -19,10 +19,10 @@ typedef struct ball {
 } ball;
 enum { FLOOR = 1, RED, GOLD, GLASS, BLUE, CREAM, LAMP };
 
-static const ball balls[] = {
-    {-0.3f, 0.0f, 1.0f, GOLD, 0},  {-2.2f, 1.2f, 0.62f, GLASS, 0}, {2.3f, 0.1f, 0.75f, RED, 0.55f},
-    {0.95f, 2.6f, 0.42f, BLUE, 0}, {-3.9f, -3.6f, 1.0f, RED, 0},   {0.7f, -5.5f, 0.9f, CREAM, 0},
-    {4.6f, -4.6f, 0.95f, BLUE, 0}, {-5.6f, -9.5f, 1.4f, CREAM, 0}, {2.4f, -11.0f, 1.2f, RED, 0}};
+static const ball balls[] = {{-0.3f, 0.0f, 1.0f, GOLD, 0}, {-2.2f, 1.2f, 0.62f, GLASS, 0},
+    {2.3f, 0.1f, 0.75f, RED, 0.55f}, {0.95f, 2.6f, 0.42f, BLUE, 0}, {-3.9f, -3.6f, 1.0f, RED, 0},
+    {0.7f, -5.5f, 0.9f, CREAM, 0}, {4.6f, -4.6f, 0.95f, BLUE, 0}, {-5.6f, -9.5f, 1.4f, CREAM, 0},
+    {2.4f, -11.0f, 1.2f, RED, 0}};
 static const float lamp[4][3] = {{-5.6f, 4.6f, -2.6f}, {-3.2f, 7.0f, -2.6f}, {-3.2f, 7.0f, 2.6f}, {-5.6f, 4.6f, 2.6f}};
 
 /* The floor: tiles of two shades, laid a little askew; where there is gloss the dark ones are duller. A texture knows the
@@ -48,8 +48,8 @@ static void sky(void *user, uint32_t n, const float *const direction[3], float *
 }
 
 static bool make_materials(pktrt_scene *scene, bool gloss) {
-  static const float albedo[][3] = {{0.5f, 0.47f, 0.43f},  {0.62f, 0.06f, 0.04f}, {0}, {0},
-                                    {0.05f, 0.14f, 0.42f}, {0.75f, 0.68f, 0.52f}, {0}};
+  static const float albedo[][3] = {
+      {0.5f, 0.47f, 0.43f}, {0.62f, 0.06f, 0.04f}, {0}, {0}, {0.05f, 0.14f, 0.42f}, {0.75f, 0.68f, 0.52f}, {0}};
   for (uint32_t i = FLOOR; i <= LAMP; i++) {
     pktrt_material m;
     memset(&m, 0, sizeof m);

@@ -60,8 +60,8 @@ typedef struct filter_picture { /* all tight, row 0 at the top */
 /* Filters the pixels [x, x+w) x [y, y+h) into their place in `out`, a whole picture. `error`, if not NULL, gets the
    estimated squared error of each of them, summed over channels: some are below 0 by chance, means over many are not.
    False: no memory. */
-FILTER_API bool filter_rectangle(const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out,
-                                 float *error);
+FILTER_API bool filter_rectangle(
+    const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out, float *error);
 
 /* The picture in tiles, each by a call of filter_tile, from any thread. */
 enum { FILTER_TILE = 128 };
@@ -173,8 +173,8 @@ typedef struct filter__room {
 static bool filter__open(filter__room *room) {
   enum { PLANES = 6 + 2 + FILTER_FEATURES + 1 + 5 + 8 + 3 };
   const size_t n = (size_t)room->width * (size_t)room->height;
-  float **const last[] = {&room->variance, &room->pooled, &room->inside, &room->share,
-                          &room->gain,     &room->change, &room->risk};
+  float **const last[] = {
+      &room->variance, &room->pooled, &room->inside, &room->share, &room->gain, &room->change, &room->risk};
   float *next = (float *)calloc(n * PLANES, sizeof(float));
   room->planes = next;
   if (!next) return false;
@@ -347,8 +347,8 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
   if (error) *error = 0.5f * room->variance[p] - part * room->gain[p] + part * part * room->change[p];
 }
 
-FILTER_API bool filter_rectangle(const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out,
-                                 float *error) {
+FILTER_API bool filter_rectangle(
+    const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out, float *error) {
   const int32_t border = FILTER_BORDER, mix = FILTER_MIX, near = border - mix;
   filter__room room;
   memset(&room, 0, sizeof room);

@@ -9,8 +9,8 @@ static const char *const heat_words[] = {"boxes", "triangles", "vectors", NULL};
 /* Gets the linear colour of a number in [0,1]; what lies outside is taken as the end that is nearer. */
 static void heat_colour(double x, float rgb[3]) {
   enum { STEPS = 6 };
-  static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},      {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
-                                                    {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
+  static const unsigned char stops[STEPS + 1][3] = {
+      {0, 0, 0}, {35, 15, 95}, {110, 25, 120}, {205, 50, 70}, {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
   const double at = x > 0 ? fmin(x, 1) * (int)STEPS : 0;
   const int below = at < (int)STEPS ? (int)at : STEPS - 1;
   for (int c = 0; c < 3; c++) {
@@ -52,8 +52,8 @@ static void heat_fill(const heat_picture *p, unsigned x, unsigned y, unsigned w,
 
 /* Writes a word of digits in cells of 3 x 5 dots, a dot being `dot` pixels wide. */
 static void heat_write(const heat_picture *p, unsigned x, unsigned y, unsigned dot, const char *word) {
-  static const unsigned short rows[10] = {075557, 026227, 071747, 071717, 055711,
-                                          074717, 074757, 071111, 075757, 075717};
+  static const unsigned short rows[10] = {
+      075557, 026227, 071747, 071717, 055711, 074717, 074757, 071111, 075757, 075717};
   static const float white[3] = {1, 1, 1};
   for (; *word; word++, x += 4 * dot)
     for (unsigned bit = 0; bit < 15 && *word >= '0' && *word <= '9'; bit++)

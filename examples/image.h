@@ -112,8 +112,8 @@ static void image_texel(const image *picture, size_t column, size_t row, double 
 
 /* Gets the linear values at (u, v), mixed of the four nearest texels; alpha is 1 where the file has none. u and v that
    are not finite count as 0. No picture is white. */
-EX_UNUSED static void image_at(const image *picture, float u, float v, image_wrap wrap_u, image_wrap wrap_v,
-                               float rgba[4]) {
+EX_UNUSED static void image_at(
+    const image *picture, float u, float v, image_wrap wrap_u, image_wrap wrap_v, float rgba[4]) {
   if (!picture->codes && !picture->floats) {
     for (int c = 0; c < 4; c++) rgba[c] = 1;
     return;
@@ -144,13 +144,13 @@ static void image_set_codes(image *picture, bool srgb) {
 }
 
 /* Copies width x height texels, four bytes each, the upper row first. False after saying why not; then it is none. */
-EX_UNUSED static bool image_from_rgba8(image *picture, uint32_t width, uint32_t height, const unsigned char *rgba,
-                                       bool srgb) {
+EX_UNUSED static bool image_from_rgba8(
+    image *picture, uint32_t width, uint32_t height, const unsigned char *rgba, bool srgb) {
   memset(picture, 0, sizeof *picture);
   if (!rgba || width == 0 || height == 0) return ex_fail("a picture of %u x %u: there is none", width, height);
   if (width > IMAGE_MAX_SIZE || height > IMAGE_MAX_SIZE || (uint64_t)width * height > IMAGE_MAX_TEXELS)
     return ex_fail("a picture of %u x %u: too large, %u along an edge and %u in all are the most", width, height,
-                   IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
+        IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
   const size_t bytes = (size_t)width * height * 4;
   picture->codes = (unsigned char *)malloc(bytes);
   if (!picture->codes) return ex_fail("a picture of %u x %u: not enough memory", width, height);
@@ -167,9 +167,9 @@ static bool image_check_size(const char *name, uint32_t width, uint32_t height, 
   const uint64_t texels = (uint64_t)width * height;
   if (texels == 0 || width > IMAGE_MAX_SIZE || height > IMAGE_MAX_SIZE || texels > IMAGE_MAX_TEXELS)
     return ex_fail("%s: a picture of %u x %u, but %u along an edge and %u texels in all are the most", name, width,
-                   height, IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
+        height, IMAGE_MAX_SIZE, IMAGE_MAX_TEXELS);
   return texels <= (uint64_t)size * packed || ex_fail("%s: announces a picture of %u x %u, which %lu bytes cannot hold",
-                                                      name, width, height, (unsigned long)size);
+                                                  name, width, height, (unsigned long)size);
 }
 
 /* >>hdr ------------------------------------------------------------------------------------------------------------ */
@@ -289,8 +289,8 @@ static unsigned image_texels_a_byte(const unsigned char *bytes, size_t size) {
 static bool image_load_codes(image *picture, const char *name, const unsigned char *bytes, size_t size) {
   int width = 0, height = 0, channels = 0;
   if (!stbi_info_from_memory(bytes, (int)size, &width, &height, &channels) || width < 1 || height < 1)
-    return ex_fail("%s: not a picture that can be read (.png, .jpg, .bmp, .tga, .hdr): %s", name,
-                   stbi_failure_reason());
+    return ex_fail(
+        "%s: not a picture that can be read (.png, .jpg, .bmp, .tga, .hdr): %s", name, stbi_failure_reason());
   if (!image_check_size(name, (uint32_t)width, (uint32_t)height, size, image_texels_a_byte(bytes, size))) return false;
   picture->codes = stbi_load_from_memory(bytes, (int)size, &width, &height, &channels, 4);
   if (!picture->codes)
@@ -423,8 +423,8 @@ static double image_angle(double x, double y) {
 }
 
 /* An environment: the radiance that the picture has in each direction. */
-EX_UNUSED static void image_environment(void *user, uint32_t n, const float *const direction[3],
-                                        float *const radiance[3]) {
+EX_UNUSED static void image_environment(
+    void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
   const image_environment_user *use = (const image_environment_user *)user;
   for (uint32_t i = 0; i < n; i++) {
     const double right = (double)direction[0][i];

@@ -45,8 +45,8 @@ static void make_top(void) {
 static void place(unsigned i, unsigned side, float time, float m[12]) {
   const float phase = (float)(i * 2654435761u >> 8) / 16777216 * 6.2831853f, spin = 20 * time + phase;
   const float lean = 0.25f * sinf(3 * time + phase), c = cosf(spin), s = sinf(spin);
-  const float rows[12] = {c,  lean, s, (float)(i % side) - 0.5f * (float)side + 0.3f * cosf(time + phase), 0, 1, 0, 0,
-                          -s, lean, c, (float)(i / side) - 0.5f * (float)side + 0.3f * sinf(time + phase)};
+  const float rows[12] = {c, lean, s, (float)(i % side) - 0.5f * (float)side + 0.3f * cosf(time + phase), 0, 1, 0, 0,
+      -s, lean, c, (float)(i / side) - 0.5f * (float)side + 0.3f * sinf(time + phase)};
   memcpy(m, rows, sizeof rows);
 }
 
@@ -100,7 +100,7 @@ static bool show(pktrt_scene *scene, unsigned side) {
     if (!move(scene, side, 0.02f * (float)i)) return false;
   pktrt_get_scene_info(scene, &info);
   printf("%u instances: %.2f ms to move all of them; %.2f MB of trees and meshes\n", side * side,
-         1e3 * (ex_seconds() - start) / frames, (double)(info.tree_bytes + info.mesh_bytes) / 1e6);
+      1e3 * (ex_seconds() - start) / frames, (double)(info.tree_bytes + info.mesh_bytes) / 1e6);
   start = ex_seconds();
   if (pktrt_render(scene, &view)) return false;
   printf("%d x %d pixels, 16 samples: %.2f s\n", WIDTH, HEIGHT, ex_seconds() - start);

@@ -12,15 +12,11 @@ enum { BOXES = 10, FACES = 5 * BOXES, ATLAS = 512, TEXELS = ATLAS * ATLAS, MOST 
 
 /* From a corner to the opposite one, and colours: floor, walls, a table, things on it and beside it. */
 static const float boxes[BOXES][9] = {{-4, -0.2f, -4, 4, 0, 4, 0.75f, 0.73f, 0.7f},
-                                      {-3.5f, 0, -3.5f, -3.2f, 2.4f, 2.5f, 0.8f, 0.76f, 0.7f},
-                                      {-3.2f, 0, -3.5f, 2.2f, 2.4f, -3.2f, 0.8f, 0.76f, 0.7f},
-                                      {-2.4f, 1.2f, -2.4f, 0.7f, 1.4f, 0.1f, 0.66f, 0.46f, 0.3f},
-                                      {-2.2f, 0, -2.2f, -1.9f, 1.2f, -0.1f, 0.66f, 0.46f, 0.3f},
-                                      {0.2f, 0, -2.2f, 0.5f, 1.2f, -0.1f, 0.66f, 0.46f, 0.3f},
-                                      {-1.6f, 1.4f, -1.9f, -0.8f, 2, -1.2f, 0.25f, 0.45f, 0.65f},
-                                      {1.7f, 0, -1.6f, 2.9f, 1, -0.4f, 0.75f, 0.3f, 0.22f},
-                                      {1.9f, 1, -1.4f, 2.6f, 1.6f, -0.7f, 0.8f, 0.62f, 0.25f},
-                                      {0.6f, 0, 1.2f, 1.8f, 0.5f, 2, 0.35f, 0.55f, 0.35f}};
+    {-3.5f, 0, -3.5f, -3.2f, 2.4f, 2.5f, 0.8f, 0.76f, 0.7f}, {-3.2f, 0, -3.5f, 2.2f, 2.4f, -3.2f, 0.8f, 0.76f, 0.7f},
+    {-2.4f, 1.2f, -2.4f, 0.7f, 1.4f, 0.1f, 0.66f, 0.46f, 0.3f},
+    {-2.2f, 0, -2.2f, -1.9f, 1.2f, -0.1f, 0.66f, 0.46f, 0.3f}, {0.2f, 0, -2.2f, 0.5f, 1.2f, -0.1f, 0.66f, 0.46f, 0.3f},
+    {-1.6f, 1.4f, -1.9f, -0.8f, 2, -1.2f, 0.25f, 0.45f, 0.65f}, {1.7f, 0, -1.6f, 2.9f, 1, -0.4f, 0.75f, 0.3f, 0.22f},
+    {1.9f, 1, -1.4f, 2.6f, 1.6f, -0.7f, 0.8f, 0.62f, 0.25f}, {0.6f, 0, 1.2f, 1.8f, 0.5f, 2, 0.35f, 0.55f, 0.35f}};
 static const int axes[5] = {1, 0, 2, 0, 2},
                  signs[5] = {1, 1, 1, -1, -1};          /* of the faces' normals: there is no bottom */
 static const float density = 24, gap = 4, side = ATLAS; /* texels of a unit of length, between charts, of the atlas */

@@ -61,7 +61,7 @@ static const material_mesh *material_find_mesh(const material_meshes *meshes, ui
 
 /* Mixes `width` floats, of `stride` a vertex, of the corners of point i. */
 static void material_mix(const material_mesh *mesh, const pktrt_points *points, uint32_t i, const float *values,
-                         size_t width, float *mixed) {
+    size_t width, float *mixed) {
   const uint32_t *corner = mesh->indices + 3 * (size_t)points->triangle[i];
   const float u = points->barycentric[0][i];
   const float v = points->barycentric[1][i];
@@ -264,8 +264,8 @@ typedef struct material_files {
 } material_files;
 
 /* Reads a number in [lo, hi]; `otherwise` where the material has none. */
-static float material_number(const C_STRUCT aiMaterial *from, const char *key, unsigned type, unsigned at,
-                             float otherwise) {
+static float material_number(
+    const C_STRUCT aiMaterial *from, const char *key, unsigned type, unsigned at, float otherwise) {
   ai_real value = 0;
   if (aiGetMaterialFloatArray(from, key, type, at, &value, NULL) != aiReturn_SUCCESS) return otherwise;
   return material_within((float)value, 0, 1e9f);
@@ -348,8 +348,8 @@ static void material_read_classic(material_file *m, const C_STRUCT aiMaterial *f
 /* >>physical ------------------------------------------------------------------------------------------------------- */
 
 /* Glass or a thin sheet. */
-static void material_read_transmission(material_files *files, material_file *m, const C_STRUCT aiMaterial *from,
-                                       float transmission) {
+static void material_read_transmission(
+    material_files *files, material_file *m, const C_STRUCT aiMaterial *from, float transmission) {
   pktrt_material *made = &m->made;
   float tint[3] = {1, 1, 1};
   const float distance = material_number(from, AI_MATKEY_VOLUME_ATTENUATION_DISTANCE, 0);
@@ -627,8 +627,8 @@ static const image *material_get_picture(material_files *files, const char *name
 
 /* Sets where a map lies. assimp turns glTF's transforms, which are about the upper left corner, to such about the
    middle; this turns them back, for coordinates that begin in the lower left corner. */
-static void material_place_map(material_map *map, const C_STRUCT aiMaterial *from, C_ENUM aiTextureType type,
-                               unsigned at) {
+static void material_place_map(
+    material_map *map, const C_STRUCT aiMaterial *from, C_ENUM aiTextureType type, unsigned at) {
   C_STRUCT aiUVTransform t;
   map->place[0][0] = map->place[1][1] = 1;
   if (!material_has(from, AI_MATKEY_GLTF_ALPHAMODE)) return;
@@ -640,15 +640,15 @@ static void material_place_map(material_map *map, const C_STRUCT aiMaterial *fro
   const float down = 0.5f * size[1] * (sine + cosine - 1) + 1 - size[1] - (float)t.mTranslation.y;
   /* glTF's (u, w), w = 1 - v: u' = left + cosine su u + sine sw w, w' = down - sine su u + cosine sw w */
   const float place[2][3] = {{cosine * size[0], -sine * size[1], left + sine * size[1]},
-                             {sine * size[0], cosine * size[1], 1 - down - cosine * size[1]}};
+      {sine * size[0], cosine * size[1], 1 - down - cosine * size[1]}};
   for (int a = 0; a < 6; a++)
     if (!(fabsf(place[a / 3][a % 3]) < 1e6f)) return;
   memcpy(map->place, place, sizeof place);
 }
 
 /* Reads a texture of a kind, if the material has one and no other in its place. */
-static void material_read_map(material_files *files, material_file *m, const C_STRUCT aiMaterial *from, int which,
-                              C_ENUM aiTextureType type) {
+static void material_read_map(
+    material_files *files, material_file *m, const C_STRUCT aiMaterial *from, int which, C_ENUM aiTextureType type) {
   C_STRUCT aiString path;
   C_ENUM aiTextureMapping mapping = aiTextureMapping_UV;
   C_ENUM aiTextureMapMode wrap[3] = {aiTextureMapMode_Wrap, aiTextureMapMode_Wrap, aiTextureMapMode_Wrap};
@@ -679,9 +679,9 @@ static void material_read_map(material_files *files, material_file *m, const C_S
 
 /* Reads all textures that are used, and counts the others. */
 static void material_read_maps(material_files *files, material_file *m, const C_STRUCT aiMaterial *from) {
-  static const C_ENUM aiTextureType others[] = {
-      aiTextureType_AMBIENT,    aiTextureType_HEIGHT,       aiTextureType_SHININESS, aiTextureType_DISPLACEMENT,
-      aiTextureType_REFLECTION, aiTextureType_TRANSMISSION, aiTextureType_CLEARCOAT, aiTextureType_SHEEN};
+  static const C_ENUM aiTextureType others[] = {aiTextureType_AMBIENT, aiTextureType_HEIGHT, aiTextureType_SHININESS,
+      aiTextureType_DISPLACEMENT, aiTextureType_REFLECTION, aiTextureType_TRANSMISSION, aiTextureType_CLEARCOAT,
+      aiTextureType_SHEEN};
   material_read_map(files, m, from, MATERIAL_MAP_COLOUR, aiTextureType_BASE_COLOR);
   material_read_map(files, m, from, MATERIAL_MAP_COLOUR, aiTextureType_DIFFUSE);
   material_read_map(files, m, from, MATERIAL_MAP_ROUGHNESS, aiTextureType_UNKNOWN);
@@ -734,8 +734,8 @@ static void material_set_hook(material_file *m, bool vertex_colours) {
 }
 
 /* Reads one of the file's materials. */
-static void material_read(material_files *files, material_file *m, const C_STRUCT aiMaterial *from,
-                          bool vertex_colours) {
+static void material_read(
+    material_files *files, material_file *m, const C_STRUCT aiMaterial *from, bool vertex_colours) {
   static const float grey[3] = {0.8f, 0.8f, 0.8f};
   pktrt_material *made = &m->made;
   int shading = 0;

@@ -39,7 +39,7 @@ static bool mesh_file_tri_count(FILE *file, const char *path, off_t size, uint32
   uint64_t need = 4 + (uint64_t)*count * 36, have = (uint64_t)size;
   if (need != have)
     return ex_fail("%s: announces %lu triangles, which take %llu bytes, but has %llu bytes", path,
-                   (unsigned long)*count, (unsigned long long)need, (unsigned long long)have);
+        (unsigned long)*count, (unsigned long long)need, (unsigned long long)have);
   if (*count > UINT32_MAX / 3) return ex_fail("%s: %lu triangles are too many", path, (unsigned long)*count);
   return *count > 0 || ex_fail("%s: no triangles", path);
 }
@@ -204,7 +204,7 @@ static const C_STRUCT aiScene *mesh_file_import(const char *path, off_t size, un
   crash.sa_handler = mesh_file_crashed;
   crash.sa_flags = SA_ONSTACK;
   snprintf(mesh_file_last_words, sizeof mesh_file_last_words,
-           "error: %.400s: assimp crashes on this file, hangs, or wants more memory than there is\n", path);
+      "error: %.400s: assimp crashes on this file, hangs, or wants more memory than there is\n", path);
   mesh_file_stderr = dup(STDERR_FILENO);
   int nowhere = open("/dev/null", O_WRONLY);
   if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
@@ -213,7 +213,7 @@ static const C_STRUCT aiScene *mesh_file_import(const char *path, off_t size, un
   C_STRUCT aiPropertyStore *settings = aiCreatePropertyStore();
   /* Of what is removed only where that is asked for. */
   aiSetImportPropertyInteger(settings, AI_CONFIG_PP_RVC_FLAGS,
-                             aiComponent_TEXCOORDS | aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS);
+      aiComponent_TEXCOORDS | aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS);
   mesh_file_watch_death(true);
   alarm(20 + (unsigned)(size >> 20));
   const C_STRUCT aiScene *file = aiImportFileExWithProperties(path, steps, NULL, settings);
@@ -339,8 +339,8 @@ static void mesh_file_join_corners(mesh_file_smoothing *s, const pktrt_mesh_desc
 }
 
 /* Makes a vertex for all joined corners at one. Returns how many vertices there are then. */
-static uint32_t mesh_file_split_vertex(mesh_file_smoothing *s, const pktrt_mesh_desc *mesh, uint32_t vertex,
-                                       uint32_t n) {
+static uint32_t mesh_file_split_vertex(
+    mesh_file_smoothing *s, const pktrt_mesh_desc *mesh, uint32_t vertex, uint32_t n) {
   const uint32_t begin = s->first[vertex], end = s->first[vertex + 1];
   for (uint32_t i = begin; i < end; i++) {
     const uint32_t corner = s->by_vertex[i];
@@ -496,8 +496,8 @@ static bool mesh_file_lacks_memory(const char *path, unsigned vertices) {
 }
 
 /* Takes the triangles and vertices of a mesh. False after saying why not. */
-static bool mesh_file_take(mesh_file_shape *shape, const char *path, const C_STRUCT aiMesh *from, uint32_t coordinates,
-                           bool bent) {
+static bool mesh_file_take(
+    mesh_file_shape *shape, const char *path, const C_STRUCT aiMesh *from, uint32_t coordinates, bool bent) {
   memset(shape, 0, sizeof *shape);
   if (from->mNumFaces > UINT32_MAX / 9) return mesh_file_lacks_memory(path, from->mNumVertices);
   shape->vertices = from->mNumVertices;
@@ -757,15 +757,15 @@ static bool mesh_file_list(mesh_file_reader *r, uint32_t index, const material_m
 }
 
 /* Makes a shape of a mesh of the file, moved unless `place` is NULL. False after saying why not. */
-static bool mesh_file_shape_of(mesh_file_reader *r, const C_STRUCT aiMesh *from, const float *place,
-                               mesh_file_shape *shape) {
+static bool mesh_file_shape_of(
+    mesh_file_reader *r, const C_STRUCT aiMesh *from, const float *place, mesh_file_shape *shape) {
   const material_file *material = mesh_file_material(r, from);
   const bool bent = material && material->map[MATERIAL_MAP_NORMAL].picture;
   if (!mesh_file_take(shape, r->path, from, material ? material->coordinates : 0, bent)) return false;
   r->triangles += shape->triangles;
   if (r->triangles > MESH_FILE_MAX_TRIANGLES)
     return ex_fail("%s: more than %lu triangles, those of meshes that are there several times counted each time",
-                   r->path, (unsigned long)MESH_FILE_MAX_TRIANGLES);
+        r->path, (unsigned long)MESH_FILE_MAX_TRIANGLES);
   if (shape->triangles == 0) return true;
   bool ok = from->mNormals || mesh_file_smooth_shape(shape);
   if (ok && bent && shape->texcoords && !shape->tangents) ok = mesh_file_find_tangents(shape);
@@ -881,8 +881,8 @@ static bool mesh_file_add_instance(mesh_file_reader *r, unsigned which, const fl
   instance.model = r->model[which] - 1;
   instance.transforms = place;
   if (pktrt_add_instance(r->world, &instance, NULL) != PKTRT_OK)
-    return mesh_file_add_baked(r, r->file->mMeshes[which],
-                               place); /* flattened, which is no instance, or refused again */
+    return mesh_file_add_baked(
+        r, r->file->mMeshes[which], place); /* flattened, which is no instance, or refused again */
   float corners[24];
   mesh_file_shape ends;
   memset(&ends, 0, sizeof ends);
@@ -923,8 +923,8 @@ static bool mesh_file_add_node(mesh_file_reader *r, const C_STRUCT aiNode *node,
 
 /* c = a b, matrices of 3 x 4 by rows. */
 static void mesh_file_multiply(const float a[12], const C_STRUCT aiMatrix4x4 *b, float c[12]) {
-  const float m[12] = {(float)b->a1, (float)b->a2, (float)b->a3, (float)b->a4, (float)b->b1, (float)b->b2,
-                       (float)b->b3, (float)b->b4, (float)b->c1, (float)b->c2, (float)b->c3, (float)b->c4};
+  const float m[12] = {(float)b->a1, (float)b->a2, (float)b->a3, (float)b->a4, (float)b->b1, (float)b->b2, (float)b->b3,
+      (float)b->b4, (float)b->c1, (float)b->c2, (float)b->c3, (float)b->c4};
   for (int i = 0; i < 3; i++)
     for (int k = 0; k < 4; k++)
       c[4 * i + k] = a[4 * i] * m[k] + a[4 * i + 1] * m[4 + k] + a[4 * i + 2] * m[8 + k] + (k == 3 ? a[4 * i + 3] : 0);
@@ -938,8 +938,8 @@ typedef struct mesh_file_waiting {
 
 /* Visits all nodes, a node before its children, which come in their order; not by recursion, for a file may nest
    them deep. */
-static bool mesh_file_visit(mesh_file_reader *r,
-                            bool (*visit)(mesh_file_reader *, const C_STRUCT aiNode *, const float place[12])) {
+static bool mesh_file_visit(
+    mesh_file_reader *r, bool (*visit)(mesh_file_reader *, const C_STRUCT aiNode *, const float place[12])) {
   static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   size_t n = 0, room = 64;
   mesh_file_waiting *waiting = (mesh_file_waiting *)malloc(room * sizeof *waiting);
@@ -1065,7 +1065,7 @@ static void mesh_file_take_camera(mesh_file_reader *r, const C_STRUCT aiCamera *
   }
   camera->fov_y = camera->projection == PKTRT_PROJECTION_ORTHOGRAPHIC ? 0 : (float)(up * 57.29577951308232);
   if (!(mesh_file_usable(camera->eye, 1e15f) && mesh_file_usable(camera->target, 1e15f) &&
-        material_normalise(camera->target)))
+          material_normalise(camera->target)))
     return;
   const float along = material_normalise(camera->up) ? material_dot(camera->up, camera->target) : 1;
   if (!(fabsf(along) < 0.94f)) { /* assimp has +y for what is z in .3ds; y is tried by the library */
@@ -1118,9 +1118,9 @@ static void mesh_file_tell(const mesh_file_reader *r) {
   mesh_file_say(&line, m->broken, "texture that cannot be read", "textures that cannot be read");
   mesh_file_say(&line, m->missing, "texture that is not there", "textures that are not there");
   mesh_file_say(&line, m->other_maps, "texture of what is no colour, roughness, emission, opacity or normal",
-                "textures of what is no colour, roughness, emission, opacity or normal");
-  mesh_file_say(&line, m->other_coordinates, "texture with coordinates of its own",
-                "textures with coordinates of their own");
+      "textures of what is no colour, roughness, emission, opacity or normal");
+  mesh_file_say(
+      &line, m->other_coordinates, "texture with coordinates of its own", "textures with coordinates of their own");
   mesh_file_say(&line, m->layers, "clearcoat or sheen", "clearcoats or sheens");
   mesh_file_say(&line, m->frosted, "roughness of glass", "roughnesses of glass");
   mesh_file_say(&line, file->mNumAnimations, "animation", "animations");
@@ -1134,7 +1134,7 @@ static void mesh_file_tell(const mesh_file_reader *r) {
   if (line.some) ex_say("note", line.text);
   if (m->lacks_stb) {
     snprintf(line.text, sizeof line.text, "%.400s: textures are left out, this program was built without stb_image",
-             r->path);
+        r->path);
     ex_say("note", line.text);
   }
 }
@@ -1203,8 +1203,8 @@ static void mesh_file_release(mesh_file_reader *r) {
 
 static bool mesh_file_add_assimp(mesh_file_reader *r, off_t size) {
   r->file = mesh_file_import(r->path, size,
-                             aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices |
-                                 (r->plain ? (unsigned)aiProcess_RemoveComponent : 0));
+      aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices |
+          (r->plain ? (unsigned)aiProcess_RemoveComponent : 0));
   if (!r->file) return ex_fail("%s: %s", r->path, aiGetErrorString());
   const bool ok = mesh_file_add_scene(r);
   if (ok && !r->plain) mesh_file_tell(r);

@@ -24,7 +24,7 @@ static double mesh_view_spacing(double x) {
 /* Where one looks from: the front, a little right and above, upon a field more from above. */
 static const double *mesh_view_eye_direction(const mesh_view *v) {
   static const double from[2][2][3] = {{{0.45, 0.35, 0.82}, {0.45, -0.82, 0.35}}, /* y up, z up */
-                                       {{0.35, 0.6, 0.72}, {0.35, -0.72, 0.6}}};
+      {{0.35, 0.6, 0.72}, {0.35, -0.72, 0.6}}};
   return from[v->field][v->up_z];
 }
 
@@ -54,8 +54,8 @@ static double mesh_view_tangent_of_sphere(const pktrt_camera *camera, const doub
 }
 
 /* How far the eye must be from the middle of a box to see all its corners, `tangent` of half the angle up and down. */
-static double mesh_view_distance_of_box(const double half[3], const double from[3], bool up_z, double tangent,
-                                        double aspect) {
+static double mesh_view_distance_of_box(
+    const double half[3], const double from[3], bool up_z, double tangent, double aspect) {
   const int up = up_z ? 2 : 1, x = 0, z = up_z ? 1 : 2;
   const double level = sqrt(from[x] * from[x] + from[z] * from[z]), turn = up_z ? -1 : 1;
   double distance = 0;
@@ -90,8 +90,8 @@ static bool mesh_view_frame_bounds(const mesh_view *v, const pktrt_scene_info *i
   const double distance = v->field ? mesh_view_distance_of_box(half, from, v->up_z, 0.364, aspect)
                                    : radius * sqrt(1 + tangent * tangent) / tangent;
   if (!mesh_view_place_eye(center, fmax(distance, least), from, camera))
-    return ex_fail("%s: a camera that sees all of it would lie beyond 2^100, the largest coordinate; see --camera",
-                   v->name);
+    return ex_fail(
+        "%s: a camera that sees all of it would lie beyond 2^100, the largest coordinate; see --camera", v->name);
   if (distance < least)
     camera->fov_y = (float)(2 * degrees * atan(mesh_view_tangent_of_sphere(camera, center, radius) / narrow));
   return true;
@@ -171,8 +171,8 @@ static double mesh_view_irradiance(const mesh_file *file, const pktrt_scene_info
 
 /* Gives the scene light and the render surroundings. Returns whether the light is the file's; *ok is false after
    saying what went wrong. */
-static bool mesh_view_light(const mesh_view *v, const mesh_file *file, pktrt_scene *world, pktrt_render_desc *view,
-                            bool *ok) {
+static bool mesh_view_light(
+    const mesh_view *v, const mesh_file *file, pktrt_scene *world, pktrt_render_desc *view, bool *ok) {
   pktrt_scene_info info;
   pktrt_get_scene_info(world, &info);
   const double own = file ? mesh_view_irradiance(file, &info) : 0;

@@ -66,14 +66,8 @@ typedef struct part {
 static uint32_t vertex(part *to, const double p[3], const double normal[3], double u, double v) {
   double size = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
   if (!(size > 0)) size = 1;
-  const float all[8] = {(float)p[0],
-                        (float)p[1],
-                        (float)p[2],
-                        (float)(normal[0] / size),
-                        (float)(normal[1] / size),
-                        (float)(normal[2] / size),
-                        (float)u,
-                        (float)v};
+  const float all[8] = {(float)p[0], (float)p[1], (float)p[2], (float)(normal[0] / size), (float)(normal[1] / size),
+      (float)(normal[2] / size), (float)u, (float)v};
   append(&to->vertices, all, sizeof all);
   return to->vertex_count++;
 }
@@ -90,8 +84,8 @@ static void triangle(part *to, uint32_t a, uint32_t b, uint32_t c) {
 
 /* A parallelogram from a corner, its texture `repeat` times along each side; counter-clockwise from x to y is its
    front. */
-static void sheet(part *to, const double corner[3], const double x[3], const double y[3], double repeat_x,
-                  double repeat_y) {
+static void sheet(
+    part *to, const double corner[3], const double x[3], const double y[3], double repeat_x, double repeat_y) {
   const double normal[3] = {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
   uint32_t at[4];
   for (int i = 0; i < 4; i++) {
@@ -145,7 +139,7 @@ static void curve(profile *to, const double (*through)[2], int n, int steps) {
       double *point = to->point[to->count++];
       for (int a = 0; a < 2; a++)
         point[a] = 0.5 * (2 * p1[a] + (p2[a] - p0[a]) * t + (2 * p0[a] - 5 * p1[a] + 4 * p2[a] - p3[a]) * t2 +
-                          (3 * p1[a] - p0[a] - 3 * p2[a] + p3[a]) * t3);
+                             (3 * p1[a] - p0[a] - 3 * p2[a] + p3[a]) * t3);
       if (point[0] < 0) point[0] = 0;
     }
 }
@@ -179,8 +173,8 @@ static void lathe(part *to, const profile *p, int around, double repeat) {
       const double out = own[0] + (smooth ? other[0] : 0), up = own[1] + (smooth ? other[1] : 0);
       for (int k = 0; k <= around; k++) {
         const double angle = 2 * PI * (k % around) / around;
-        const double at[3] = {p->point[i + end][0] * sin(angle), p->point[i + end][1],
-                              p->point[i + end][0] * cos(angle)};
+        const double at[3] = {
+            p->point[i + end][0] * sin(angle), p->point[i + end][1], p->point[i + end][0] * cos(angle)};
         const double normal[3] = {out * sin(angle), up, out * cos(angle)};
         const uint32_t index = vertex(to, at, normal, repeat * k / around, 1 - (double)(i + end) / (p->count - 1));
         if (k == 0 && end == 0) first = index;
@@ -530,8 +524,8 @@ static void append_list(bytes *to, const char *name, const list *from) {
 
 /* Appends four bytes, the lowest first. */
 static void append_word(bytes *to, uint32_t word) {
-  const unsigned char four[4] = {(unsigned char)word, (unsigned char)(word >> 8), (unsigned char)(word >> 16),
-                                 (unsigned char)(word >> 24)};
+  const unsigned char four[4] = {
+      (unsigned char)word, (unsigned char)(word >> 8), (unsigned char)(word >> 16), (unsigned char)(word >> 24)};
   append(to, four, 4);
 }
 
@@ -580,7 +574,7 @@ static bool write_model(const model *m, const char *path) {
 /* Begins a material of a colour (linear), metallic and rough so far; what else it has follows, and then end_material.
    */
 static unsigned begin_material(model *m, const char *name, const double colour[3], double metallic, double roughness,
-                               const char *more_of_surface) {
+    const char *more_of_surface) {
   const unsigned index = next(&m->materials);
   say(&m->materials.text,
       "{\"name\":\"%s\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[%.4g,%.4g,%.4g,1],\"metallicFactor\":%.4g,"
@@ -602,8 +596,8 @@ static unsigned begin_painted(model *m, const char *name, unsigned texture, doub
 }
 
 /* A material of one colour; returns its index. */
-static unsigned plain_material(model *m, const char *name, double r, double g, double b, double metallic,
-                               double roughness) {
+static unsigned plain_material(
+    model *m, const char *name, double r, double g, double b, double metallic, double roughness) {
   const double colour[3] = {r, g, b};
   const unsigned index = begin_material(m, name, colour, metallic, roughness, "");
   end_material(m);
@@ -657,7 +651,7 @@ static void add_room(model *m) {
 /* Open above: its profile goes up outside and a little down inside. */
 static void add_vase(model *m) {
   static const double outside[9][2] = {{0.040, 0.000}, {0.046, 0.010}, {0.074, 0.070}, {0.088, 0.130}, {0.074, 0.195},
-                                       {0.040, 0.245}, {0.031, 0.275}, {0.040, 0.305}, {0.048, 0.316}};
+      {0.040, 0.245}, {0.031, 0.275}, {0.040, 0.305}, {0.048, 0.316}};
   static const double inside[4][2] = {{0.044, 0.317}, {0.034, 0.303}, {0.026, 0.275}, {0.030, 0.22}};
   part p = {{NULL, 0, 0}, {NULL, 0, 0}, 0};
   profile turned = {{{0}}, 0};
@@ -694,7 +688,7 @@ static void add_leaves(model *m) {
       const double turn = k == 6 ? 90 - twigs[i][0] : 137.5 * (k + 3 * i);
       put(m, one,
           place_at(-0.02 + size * t * sin(lean), 0.24 + size * t * cos(lean), -0.24, turn, 0, 28 + 10 * hashed(i, k),
-                   0.95 - 0.05 * k));
+              0.95 - 0.05 * k));
     }
   }
   put(m, one, place_at(0.20, 0.004, 0.27, 150, 0, 8, 0.9));
@@ -706,8 +700,7 @@ static void add_leaves(model *m) {
 static void add_bowl(model *m) {
   static const double outside[5][2] = {{0.050, 0.012}, {0.090, 0.022}, {0.128, 0.052}, {0.146, 0.088}, {0.150, 0.100}};
   static const double inside[5][2] = {{0.146, 0.100}, {0.142, 0.088}, {0.124, 0.055}, {0.088, 0.026}, {0.040, 0.017}};
-  static const place oranges[6] = {
-      {-0.060, 0.062, 0.115, 0, 20, 0, 1, 1},   {0.052, 0.060, 0.125, 80, 0, 30, 1, 1},
+  static const place oranges[6] = {{-0.060, 0.062, 0.115, 0, 20, 0, 1, 1}, {0.052, 0.060, 0.125, 80, 0, 30, 1, 1},
       {-0.005, 0.058, 0.040, 200, 40, 0, 1, 1}, {-0.003, 0.108, 0.098, 130, 60, 20, 1, 1},
       {0.185, 0.0385, 0.215, 60, 100, 0, 1, 1}, {-0.205, 0.036, 0.265, 10, 70, 45, 0.93, 0.93}};
   part p = {{NULL, 0, 0}, {NULL, 0, 0}, 0};
@@ -738,9 +731,9 @@ static void add_bowl(model *m) {
 /* Its profile goes up outside and down inside, so that it is closed. */
 static void add_goblet(model *m) {
   static const double outside[10][2] = {{0.038, 0.004}, {0.020, 0.010}, {0.006, 0.022}, {0.005, 0.050}, {0.007, 0.078},
-                                        {0.028, 0.096}, {0.041, 0.122}, {0.043, 0.150}, {0.038, 0.184}, {0.036, 0.196}};
-  static const double inside[6][2] = {{0.034, 0.196}, {0.036, 0.184}, {0.0405, 0.150},
-                                      {0.038, 0.124}, {0.024, 0.100}, {0.004, 0.093}};
+      {0.028, 0.096}, {0.041, 0.122}, {0.043, 0.150}, {0.038, 0.184}, {0.036, 0.196}};
+  static const double inside[6][2] = {
+      {0.034, 0.196}, {0.036, 0.184}, {0.0405, 0.150}, {0.038, 0.124}, {0.024, 0.100}, {0.004, 0.093}};
   part p = {{NULL, 0, 0}, {NULL, 0, 0}, 0};
   profile turned = {{{0}}, 0};
   corner(&turned, 0, 0);
@@ -815,11 +808,8 @@ static void add_window(model *m) {
   memset(panes, 0, sizeof panes);
   for (int k = 0; k < across * up; k++) {
     const double x = left + field * (k % across), y = field * (k / across);
-    const double at[5][3] = {{x, y, 0},
-                             {x + field, y, 0},
-                             {x + field, y + field, 0},
-                             {x, y + field, 0},
-                             {x + 0.5 * field, y + 0.5 * field, 0}};
+    const double at[5][3] = {{x, y, 0}, {x + field, y, 0}, {x + field, y + field, 0}, {x, y + field, 0},
+        {x + 0.5 * field, y + 0.5 * field, 0}};
     for (int side = 0; side < 4; side++) {
       part *to = &panes[which[(k % across + k / across) % 2][side]];
       const uint32_t a = vertex(to, at[side], normal, 0, 0), b = vertex(to, at[(side + 1) % 4], normal, 1, 0);

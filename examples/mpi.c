@@ -144,10 +144,10 @@ static bool settings_key(const mpi_options *m, uint64_t *key) {
   if (o->environment && !hash_file(o->environment, &sky)) return false;
   int n =
       snprintf(text, sizeof text, "%d %s %llx %u %u %u %u %d %u %u %u %d %u %d %d %d %d %d %g %g %g %g %g %u %u %g %d",
-               PKTRT_VERSION, o->scene ? o->scene : "", (unsigned long long)mesh, o->up_z, o->instances, o->width,
-               o->height, o->mode, o->tile, o->samples, o->passes, o->sampler, o->seed, o->branching, o->lights,
-               o->glass_shadows, o->normals, o->phong, o->attenuation, o->aperture, o->focus, o->shutter, o->light_size,
-               o->depth, o->frames, o->target_error, o->measure);
+          PKTRT_VERSION, o->scene ? o->scene : "", (unsigned long long)mesh, o->up_z, o->instances, o->width, o->height,
+          o->mode, o->tile, o->samples, o->passes, o->sampler, o->seed, o->branching, o->lights, o->glass_shadows,
+          o->normals, o->phong, o->attenuation, o->aperture, o->focus, o->shutter, o->light_size, o->depth, o->frames,
+          o->target_error, o->measure);
   for (int i = 0; i < 6; i++)
     n += snprintf(text + n, sizeof text - (size_t)n, " %d %a", o->has_camera, (double)o->camera[i]);
   n += snprintf(text + n, sizeof text - (size_t)n, " %d %llx", o->has_frame, (unsigned long long)sky);
@@ -209,7 +209,7 @@ static void render_band(void *arg, size_t i) {
   const uint32_t from = (uint32_t)i * b->rows, left = b->area[3] - from, rows = left < b->rows ? left : b->rows;
   double *means = b->of->message + MESSAGE_HEAD + (size_t)from * b->area[2] * 3;
   b->failed[i] = pktrt_render_pass(b->of->of.world, &b->of->of.view, b->pass, b->area[0], b->area[1] + from, b->area[2],
-                                   rows, means) != PKTRT_OK;
+                     rows, means) != PKTRT_OK;
 }
 
 /* Renders into the worker's message. */
@@ -519,7 +519,7 @@ static bool write_frame(desk *d, uint32_t frame) {
   d->writing += busy_seconds() - start;
   if (d->given->first == d->given->last) return true;
   printf("frame    %u: checksum %016llx, %u to %u samples per pixel", frame, (unsigned long long)j->checksum,
-         (unsigned)j->report.samples_min, (unsigned)j->report.samples_max);
+      (unsigned)j->report.samples_min, (unsigned)j->report.samples_max);
   if (j->report.rmse < INFINITY) printf(", RMSE %.4g", j->report.rmse);
   printf("%s%s\n", j->given.output ? ", " : "", j->outputs[OUTPUT_PICTURE].name);
   fflush(stdout);
@@ -673,7 +673,7 @@ static void tell_progress(desk *d) {
   const double now = ex_seconds();
   if (!d->given->of.progress || now < d->told + 2) return;
   fprintf(stderr, "mpi: %u units of work and %u of %u pictures done in %.0f s\n", d->units, d->finished,
-          d->given->last - d->given->first + 1, now - d->begun);
+      d->given->last - d->given->first + 1, now - d->begun);
   d->told = now;
 }
 
@@ -740,8 +740,8 @@ static void take_signals(const desk *d, int rank, const place *places) {
   static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
   own_rank = rank, all_places = places;
   snprintf(last_words, sizeof last_words, "error: rank 0 has died; %s%s%s\n",
-           d->folder[0] ? "run again with --resume " : "no tiles were kept: run again with -o or --resume", d->folder,
-           d->folder[0] ? ", where its tiles are" : "");
+      d->folder[0] ? "run again with --resume " : "no tiles were kept: run again with -o or --resume", d->folder,
+      d->folder[0] ? ", where its tiles are" : "");
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
     struct sigaction now;
     memset(&now, 0, sizeof now);
@@ -852,13 +852,13 @@ static void print_ranks(const run *r, const double *all, const place *places) {
   enum { SHOWN = 16 };
   double least = INFINITY, most = 0;
   printf("\n  %-5s %-8s %7s %9s %9s %9s %9s  %s\n", "rank", "isa", "units", "render s", "slowest s", "build s",
-         "scene s", "machine");
+      "scene s", "machine");
   for (int i = 0; i < r->count; i++) {
     const double *a = all + i * SUMMED;
     least = fmin(least, a[SUMMED_UNITS]), most = fmax(most, a[SUMMED_UNITS]);
     if (i < SHOWN)
       printf("  %-5d %-8s %7.0f %9.3f %9.3f %9.3f %9.3f  %s\n", i, pktrt_isa_string((pktrt_isa)(int)a[SUMMED_ISA]),
-             a[SUMMED_UNITS], a[SUMMED_RENDER], a[SUMMED_SLOWEST], a[SUMMED_BUILD], a[SUMMED_LOAD], places[i].host);
+          a[SUMMED_UNITS], a[SUMMED_RENDER], a[SUMMED_SLOWEST], a[SUMMED_BUILD], a[SUMMED_LOAD], places[i].host);
   }
   if (r->count > SHOWN) printf("  ... of %d ranks; %.0f to %.0f units each\n", r->count, least, most);
 }
@@ -868,9 +868,9 @@ static void print_desk(const desk *d) {
   printf("units    %u made, of %zu bytes; tiles %u\n", d->units, message_length(o, 0) * sizeof(double), tile_count(o));
   if (d->given->resume)
     printf("resume   %u tiles taken up, %u damaged and made again, %u of other settings\n", d->taken, d->damaged,
-           d->foreign);
+        d->foreign);
   printf("desk     processor %.3f s: adding %.3f, tiles on disk %.3f, errors %.3f, pictures %.3f, messages the rest\n",
-         d->in_all, d->adding, d->keeping, d->judging, d->writing);
+      d->in_all, d->adding, d->keeping, d->judging, d->writing);
 }
 
 /* Gathers what the ranks have done, and tells all. */
@@ -879,8 +879,8 @@ static bool close_run(run *r, const place *places) {
   const job *j = &r->own.of;
   double *all = r->rank ? NULL : (double *)malloc((size_t)r->count * SUMMED * sizeof *all);
   pktrt_get_scene_info(j->world, &info);
-  const double own[SUMMED] = {(double)r->own.units, r->own.seconds,  r->own.slowest,
-                              j->build_seconds,     j->load_seconds, (double)info.isa};
+  const double own[SUMMED] = {
+      (double)r->own.units, r->own.seconds, r->own.slowest, j->build_seconds, j->load_seconds, (double)info.isa};
   MPI_Gather(own, SUMMED, MPI_DOUBLE, all, SUMMED, MPI_DOUBLE, 0, MPI_COMM_WORLD);
   if (r->rank) return true;
   job *shown = &r->at.shown;

@@ -162,8 +162,8 @@ static FILE *output_open(output_file *o) {
 }
 
 /* Writes a picture, see ex_write_channels, which is not in its place before output_publish. */
-EX_UNUSED static bool output_write(output_file *o, const float *pixels, unsigned width, unsigned height,
-                                   unsigned channels) {
+EX_UNUSED static bool output_write(
+    output_file *o, const float *pixels, unsigned width, unsigned height, unsigned channels) {
   FILE *file = output_open(o);
   return file && ex_write_stream(file, o->name, pixels, width, height, channels);
 }

@@ -29,8 +29,8 @@ static uint32_t indices[BOXES * BOXES * 12 + 2][3];
 
 /* Boxes of different heights on a floor: the corners of a box are numbered by the bits x, y, z. */
 static void make_boxes(void) {
-  static const uint32_t box[12][3] = {{0, 1, 5}, {0, 5, 4}, {2, 7, 3}, {2, 6, 7}, {0, 4, 6}, {0, 6, 2},
-                                      {1, 3, 7}, {1, 7, 5}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  static const uint32_t box[12][3] = {{0, 1, 5}, {0, 5, 4}, {2, 7, 3}, {2, 6, 7}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7},
+      {1, 7, 5}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
   static const uint32_t ground[2][3] = {{0, 1, 2}, {0, 2, 3}};
   float(*p)[3] = positions;
   uint32_t(*t)[3] = indices;
@@ -59,12 +59,9 @@ static void end_leaf(walk *w) {
 }
 
 static void tell(void *user, const pktrt_event *e) {
-  static const char *const verdict[] = {"",
-                                        "entered: the first active ray, %u, hits it",
-                                        "dropped by interval arithmetic",
-                                        "dropped: outside a plane around the rays",
-                                        "entered: ray %u hits it and becomes the first active one",
-                                        "dropped: every active ray was tested and misses"};
+  static const char *const verdict[] = {"", "entered: the first active ray, %u, hits it",
+      "dropped by interval arithmetic", "dropped: outside a plane around the rays",
+      "entered: ray %u hits it and becomes the first active one", "dropped: every active ray was tested and misses"};
   walk *w = (walk *)user;
   const unsigned index = (unsigned)e->index, ray = (unsigned)e->ray, last = ray + (unsigned)e->active - 1;
   const int depth = 2 * (int)e->depth;
@@ -95,14 +92,14 @@ static void tell(void *user, const pktrt_event *e) {
 static void sum_up(const pktrt_counts *c, int children) {
   const double rays = (double)c->rays;
   printf("\n%u rays in %u packet, %u of them with a hit. %u nodes were opened; of their %d children\n",
-         (unsigned)c->rays, (unsigned)c->packets, (unsigned)c->hits, (unsigned)c->node_visits, children);
+      (unsigned)c->rays, (unsigned)c->packets, (unsigned)c->hits, (unsigned)c->node_visits, children);
   printf("  %3u were entered: the first active ray hits them,\n", (unsigned)c->first_hits);
   printf("  %3u were entered: a later ray hits them,\n", (unsigned)c->later_hits);
   printf("  %3u were dropped by interval arithmetic,\n", (unsigned)c->interval_culls);
   printf("  %3u were dropped: outside a plane,\n", (unsigned)c->frustum_culls);
   printf("  %3u were dropped: every active ray was tested and misses.\n", (unsigned)c->ray_culls);
   printf("That took %.1f box tests and %.1f triangle tests per ray.\n", (double)c->box_tests / rays,
-         (double)c->triangle_tests / rays);
+      (double)c->triangle_tests / rays);
 }
 
 int main(void) {

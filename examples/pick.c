@@ -17,11 +17,11 @@ static const struct { /* radii and heights, turned about y */
   float colour[3], profile[POINTS][2];
 } parts[MODELS][2] = {
     {{"trunk", {0.35f, 0.22f, 0.13f}, {{0.14f, 0}, {0.1f, 0.2f}, {0.09f, 0.4f}, {0.09f, 0.6f}, {0, 0.8f}}},
-     {"crown", {0.13f, 0.38f, 0.12f}, {{0, 0.5f}, {0.55f, 0.55f}, {0.3f, 1.1f}, {0.38f, 1.15f}, {0, 2}}}},
+        {"crown", {0.13f, 0.38f, 0.12f}, {{0, 0.5f}, {0.55f, 0.55f}, {0.3f, 1.1f}, {0.38f, 1.15f}, {0, 2}}}},
     {{"coat", {0.55f, 0.12f, 0.1f}, {{0.24f, 0}, {0.2f, 0.5f}, {0.16f, 0.8f}, {0.13f, 0.95f}, {0, 1}}},
-     {"head", {0.8f, 0.6f, 0.45f}, {{0, 0.92f}, {0.12f, 0.98f}, {0.15f, 1.1f}, {0.11f, 1.22f}, {0, 1.28f}}}},
+        {"head", {0.8f, 0.6f, 0.45f}, {{0, 0.92f}, {0.12f, 0.98f}, {0.15f, 1.1f}, {0.11f, 1.22f}, {0, 1.28f}}}},
     {{"basket", {0.45f, 0.3f, 0.15f}, {{0, 0}, {0.15f, 0}, {0.2f, 0.25f}, {0.17f, 0.25f}, {0, 0.05f}}},
-     {"envelope", {0.85f, 0.65f, 0.15f}, {{0.1f, 0.5f}, {0.55f, 1.1f}, {0.62f, 1.5f}, {0.4f, 1.95f}, {0, 2.1f}}}}};
+        {"envelope", {0.85f, 0.65f, 0.15f}, {{0.1f, 0.5f}, {0.55f, 1.1f}, {0.62f, 1.5f}, {0.4f, 1.95f}, {0, 2.1f}}}}};
 static float pixels[HEIGHT][WIDTH][3];
 static pktrt_camera camera;
 
@@ -97,9 +97,9 @@ static uint32_t pick(const pktrt_scene *scene, unsigned x, unsigned y) {
   else printf("  %s %u, its %s", models[thing % MODELS], (unsigned)thing, parts[thing % MODELS][part].name);
   pktrt_surface(scene, &ray, &hit, &at);
   printf(", at (%.2f, %.2f, %.2f), normal (%.2f, %.2f, %.2f), texture (%.2f, %.2f), material %u\n",
-         (double)at.position[0], (double)at.position[1], (double)at.position[2], (double)at.normal[0],
-         (double)at.normal[1], (double)at.normal[2], (double)at.texcoord[0], (double)at.texcoord[1],
-         (unsigned)at.material);
+      (double)at.position[0], (double)at.position[1], (double)at.position[2], (double)at.normal[0],
+      (double)at.normal[1], (double)at.normal[2], (double)at.texcoord[0], (double)at.texcoord[1],
+      (unsigned)at.material);
   return hit.mesh;
 }
 

@@ -44,9 +44,9 @@ static void wall_thickness(const pktrt_scene *scene) {
   pktrt_spawn(scene, &down, &entry, down.direction, &inside);
   if (!pktrt_intersect(scene, &inside, &leave)) return;
   printf("pktrt_intersect    down on the tube: triangle %u at t = %.4f, u = %.3f, v = %.3f\n", (unsigned)entry.triangle,
-         (double)entry.t, (double)entry.u, (double)entry.v);
+      (double)entry.t, (double)entry.u, (double)entry.v);
   printf("pktrt_spawn        on through it: %.4f thick (a round tube: %.4f)\n", (double)leave.t,
-         2.0 * (double)tube_radius);
+      2.0 * (double)tube_radius);
 }
 
 /* pktrt_occluded asks only whether anything is in the way, between tmin and tmax. */
@@ -57,7 +57,7 @@ static void line_of_sight(const pktrt_scene *scene) {
     pktrt_ray ray = make_ray(origin[0], origin[1], origin[2], g[0] - origin[0], g[1] - origin[1], g[2] - origin[2]);
     ray.tmax = 1; /* t is in units of the direction's length: 1 is the goal */
     printf("pktrt_occluded     from (-4, 0.1, 0) to (%g, %g, 0): %s\n", (double)g[0], (double)g[1],
-           pktrt_occluded(scene, &ray) ? "blocked" : "free");
+        pktrt_occluded(scene, &ray) ? "blocked" : "free");
   }
 }
 
@@ -78,7 +78,7 @@ static void volume(const pktrt_scene *scene) {
       if (hits[i].mesh != PKTRT_NONE) sum += 18.0 - (double)hits[i].t - (double)hits[GRID + i].t;
   }
   printf("pktrt_intersect_n  volume by %d rays: %.3f (a round torus: %.3f)\n", 2 * GRID * GRID,
-         sum * (double)cell * (double)cell, 2.0 * (double)(pi * pi * ring_radius * tube_radius * tube_radius));
+      sum * (double)cell * (double)cell, 2.0 * (double)(pi * pi * ring_radius * tube_radius * tube_radius));
 }
 
 /* pktrt_occluded_n: how much of its hemisphere a point of the surface sees. Directions follow a spiral around the normal of the

@@ -65,7 +65,7 @@ static void print_help_picture(void) {
          "                   drt: distribution ray tracing, with lens, shutter, area lights and gloss\n"
          "  --size WxH       in pixels (default 1024x1024)\n"
          "  --spp N          samples per pixel, 1 to 65536 (default: drt %d, else %d)\n",
-         DRT_SAMPLES, WHITTED_SAMPLES);
+      DRT_SAMPLES, WHITTED_SAMPLES);
   print_words("  --sampler NAME   where the samples lie:", sampler_words());
   printf(
       "  --seed N         of the sampler (default 0)\n"
@@ -164,11 +164,11 @@ static void print_help(void) {
          "  --aperture D     diameter of the lens (default: the scene's; seen in drt)\n"
          "  --focus D        distance of what is sharp (default: the scene's, else that of the target)\n",
 #ifdef HAVE_ASSIMP
-         ", and what assimp reads: .obj .ply .gltf .glb .stl ...",
+      ", and what assimp reads: .obj .ply .gltf .glb .stl ...",
 #else
-         " (built without assimp: nothing else)",
+      " (built without assimp: nothing else)",
 #endif
-         MAX_INSTANCES);
+      MAX_INSTANCES);
   print_help_picture();
   print_help_error();
   print_help_work();
@@ -179,9 +179,9 @@ static bool parse_isa(const char *text, pktrt_isa *isa) {
     if (!strcmp(text, pktrt_isa_string((pktrt_isa)i))) {
       *isa = (pktrt_isa)i;
       return pktrt_isa_available(*isa) || ex_fail("--isa: this machine or this build has no %s%s", text,
-                                                  *isa == PKTRT_ISA_AVX512   ? " (PKTRT_AVX512 builds it)"
-                                                  : *isa == PKTRT_ISA_SCALAR ? " (PKTRT_SCALAR builds it)"
-                                                                             : "");
+                                              *isa == PKTRT_ISA_AVX512   ? " (PKTRT_AVX512 builds it)"
+                                              : *isa == PKTRT_ISA_SCALAR ? " (PKTRT_SCALAR builds it)"
+                                                                         : "");
     }
   return ex_fail("--isa: \"%s\" is none of: scalar, sse2, avx2, avx512, neon", text);
 }
@@ -203,7 +203,7 @@ static bool parse_camera(const char *text, float camera[6]) {
 static bool parse_packet(const char *text, unsigned *packet) {
   return ex_parse_uint("packet", text, 2, 16, packet) &&
          (*packet == 2 || *packet == 4 || *packet == 8 || *packet == 16 ||
-          ex_fail("--packet: %s is none of: 2, 4, 8, 16", text));
+             ex_fail("--packet: %s is none of: 2, 4, 8, 16", text));
 }
 
 static bool parse_output(const char *option, const char *text, const char **output) {
@@ -252,52 +252,29 @@ enum option_name {
 /* clang-format on */
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
-                                            {"mesh", required_argument, NULL, OPT_MESH},
-                                            {"environment", required_argument, NULL, OPT_ENVIRONMENT},
-                                            {"instances", required_argument, NULL, OPT_INSTANCES},
-                                            {"camera", required_argument, NULL, OPT_CAMERA},
-                                            {"up", required_argument, NULL, OPT_UP},
-                                            {"frame", required_argument, NULL, OPT_FRAME},
-                                            {"frames", required_argument, NULL, OPT_FRAMES},
-                                            {"shutter", required_argument, NULL, OPT_SHUTTER},
-                                            {"light-size", required_argument, NULL, OPT_LIGHT_SIZE},
-                                            {"aperture", required_argument, NULL, OPT_APERTURE},
-                                            {"focus", required_argument, NULL, OPT_FOCUS},
-                                            {"mode", required_argument, NULL, OPT_MODE},
-                                            {"size", required_argument, NULL, OPT_SIZE},
-                                            {"spp", required_argument, NULL, OPT_SPP},
-                                            {"sampler", required_argument, NULL, OPT_SAMPLER},
-                                            {"seed", required_argument, NULL, OPT_SEED},
-                                            {"depth", required_argument, NULL, OPT_DEPTH},
-                                            {"attenuation", required_argument, NULL, OPT_ATTENUATION},
-                                            {"branching", required_argument, NULL, OPT_BRANCHING},
-                                            {"lights", required_argument, NULL, OPT_LIGHTS},
-                                            {"glass-shadows", required_argument, NULL, OPT_GLASS_SHADOWS},
-                                            {"normals", required_argument, NULL, OPT_NORMALS},
-                                            {"shadows", required_argument, NULL, OPT_SHADOWS},
-                                            {"phong", required_argument, NULL, OPT_PHONG},
-                                            {"exposure", required_argument, NULL, OPT_EXPOSURE},
-                                            {"tone", required_argument, NULL, OPT_TONE},
-                                            {"heat", required_argument, NULL, OPT_HEAT},
-                                            {"buffers", required_argument, NULL, OPT_BUFFERS},
-                                            {"passes", required_argument, NULL, OPT_PASSES},
-                                            {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
-                                            {"measure", required_argument, NULL, OPT_MEASURE},
-                                            {"time", required_argument, NULL, OPT_TIME},
-                                            {"adaptive", no_argument, NULL, OPT_ADAPTIVE},
-                                            {"error-map", required_argument, NULL, OPT_ERROR_MAP},
-                                            {"filter", no_argument, NULL, OPT_FILTER},
-                                            {"path", required_argument, NULL, OPT_PATH},
-                                            {"packet", required_argument, NULL, OPT_PACKET},
-                                            {"assembly", required_argument, NULL, OPT_ASSEMBLY},
-                                            {"isa", required_argument, NULL, OPT_ISA},
-                                            {"threads", required_argument, NULL, OPT_THREADS},
-                                            {"tile", required_argument, NULL, OPT_TILE},
-                                            {"explain", no_argument, NULL, OPT_EXPLAIN},
-                                            {"no-count", no_argument, NULL, OPT_NO_COUNT},
-                                            {"no-progress", no_argument, NULL, OPT_NO_PROGRESS},
-                                            {"help", no_argument, NULL, 'h'},
-                                            {NULL, 0, NULL, 0}};
+    {"mesh", required_argument, NULL, OPT_MESH}, {"environment", required_argument, NULL, OPT_ENVIRONMENT},
+    {"instances", required_argument, NULL, OPT_INSTANCES}, {"camera", required_argument, NULL, OPT_CAMERA},
+    {"up", required_argument, NULL, OPT_UP}, {"frame", required_argument, NULL, OPT_FRAME},
+    {"frames", required_argument, NULL, OPT_FRAMES}, {"shutter", required_argument, NULL, OPT_SHUTTER},
+    {"light-size", required_argument, NULL, OPT_LIGHT_SIZE}, {"aperture", required_argument, NULL, OPT_APERTURE},
+    {"focus", required_argument, NULL, OPT_FOCUS}, {"mode", required_argument, NULL, OPT_MODE},
+    {"size", required_argument, NULL, OPT_SIZE}, {"spp", required_argument, NULL, OPT_SPP},
+    {"sampler", required_argument, NULL, OPT_SAMPLER}, {"seed", required_argument, NULL, OPT_SEED},
+    {"depth", required_argument, NULL, OPT_DEPTH}, {"attenuation", required_argument, NULL, OPT_ATTENUATION},
+    {"branching", required_argument, NULL, OPT_BRANCHING}, {"lights", required_argument, NULL, OPT_LIGHTS},
+    {"glass-shadows", required_argument, NULL, OPT_GLASS_SHADOWS}, {"normals", required_argument, NULL, OPT_NORMALS},
+    {"shadows", required_argument, NULL, OPT_SHADOWS}, {"phong", required_argument, NULL, OPT_PHONG},
+    {"exposure", required_argument, NULL, OPT_EXPOSURE}, {"tone", required_argument, NULL, OPT_TONE},
+    {"heat", required_argument, NULL, OPT_HEAT}, {"buffers", required_argument, NULL, OPT_BUFFERS},
+    {"passes", required_argument, NULL, OPT_PASSES}, {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
+    {"measure", required_argument, NULL, OPT_MEASURE}, {"time", required_argument, NULL, OPT_TIME},
+    {"adaptive", no_argument, NULL, OPT_ADAPTIVE}, {"error-map", required_argument, NULL, OPT_ERROR_MAP},
+    {"filter", no_argument, NULL, OPT_FILTER}, {"path", required_argument, NULL, OPT_PATH},
+    {"packet", required_argument, NULL, OPT_PACKET}, {"assembly", required_argument, NULL, OPT_ASSEMBLY},
+    {"isa", required_argument, NULL, OPT_ISA}, {"threads", required_argument, NULL, OPT_THREADS},
+    {"tile", required_argument, NULL, OPT_TILE}, {"explain", no_argument, NULL, OPT_EXPLAIN},
+    {"no-count", no_argument, NULL, OPT_NO_COUNT}, {"no-progress", no_argument, NULL, OPT_NO_PROGRESS},
+    {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
 
 static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
@@ -517,8 +494,8 @@ static bool load_built_in(job *j) {
   if (o->light_size > 0) scene_resize_lights(&j->built_in, o->light_size);
   const pktrt_status status = scene_add_at(j->world, &j->built_in, time, o->shutter);
   if (status != PKTRT_OK)
-    return ex_fail("%s: %s", o->scene,
-                   status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
+    return ex_fail(
+        "%s: %s", o->scene, status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
   memcpy(j->view.background, j->built_in.background, sizeof j->view.background);
   memcpy(j->view.ambient, j->built_in.ambient, sizeof j->view.ambient);
   j->view.environment = j->built_in.environment;
@@ -563,7 +540,7 @@ static bool has_area(job *j) {
   pktrt_get_scene_info(j->world, &info);
   return info.degenerate < info.triangles ||
          ex_fail("%s: there is nothing to see: as floats, none of its %llu triangles has an area", seen_name(&j->given),
-                 (unsigned long long)info.triangles);
+             (unsigned long long)info.triangles);
 }
 
 static bool load_mesh(job *j) {
@@ -626,8 +603,8 @@ static bool load_field(job *j) {
   j->build_seconds = ex_seconds() - built;
   mesh_file_free(&j->file.kept);
   if (status != PKTRT_OK)
-    return ex_fail("%s: %s", seen_name(o),
-                   status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
+    return ex_fail(
+        "%s: %s", seen_name(o), status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
   return loaded && choose_mode(j) && place_instances(j, model) && view_bounds(j);
 }
 
@@ -927,7 +904,7 @@ static void print_tree(const pktrt_stats *s, uint64_t rays) {
   uint64_t deeper = 0;
   for (int d = SHOWN; d < DEPTHS; d++) deeper += s->by_depth[d].rays;
   printf("\n  per sample: %.2f rays, ray tree %.2f deep on average\n  rays by depth:", (double)rays / samples,
-         (double)s->tree_depth / samples);
+      (double)s->tree_depth / samples);
   for (int d = 0; d < SHOWN; d++) printf("  %d: %.3f", d, (double)s->by_depth[d].rays / samples);
   printf("  deeper: %.3f\n", (double)deeper / samples);
 }
@@ -938,8 +915,8 @@ static void print_rays(const job *j) {
   memset(&all, 0, sizeof all);
   /* The fast path counts no tests, unless the header is built with PKTRT_COUNT_FAST. */
   const bool tests = j->stats.by_type[PKTRT_RAY_PRIMARY].box_tests != 0;
-  printf("\n  %-10s %12s %9s %10s%s\n", "rays", "count", "Mrays/s", "hit %",
-         tests ? "   boxes/ray    triangles/ray" : "");
+  printf(
+      "\n  %-10s %12s %9s %10s%s\n", "rays", "count", "Mrays/s", "hit %", tests ? "   boxes/ray    triangles/ray" : "");
   for (int t = 0; t < PKTRT_RAY_TYPE_COUNT; t++) {
     const pktrt_counts *c = &j->stats.by_type[t];
     if (!c->rays) continue;
@@ -957,12 +934,12 @@ static void print_settings(const job *j) {
   const options *o = &j->given;
   const pktrt_camera *camera = &j->view.camera;
   printf("samples  %u per pixel%s, %s, seed %u, depth %u, attenuation ", o->samples, o->passes == 1 ? "" : " and pass",
-         sampler_words()[o->sampler], o->seed, o->depth);
+      sampler_words()[o->sampler], o->seed, o->depth);
   if (o->attenuation < 0) printf("off\n");
   else printf("%g\n", o->attenuation > 0 ? o->attenuation : 1.0 / 256);
   if (o->mode == PKTRT_MODE_DRT)
     printf("camera   aperture %g, focus %g, shutter %g of the loop\n", (double)camera->aperture, (double)camera->focus,
-           o->shutter);
+        o->shutter);
 }
 
 /* How wrong the picture is by chance, what that took, and why no more was done. */
@@ -977,17 +954,17 @@ static void print_error(const job *j) {
     return;
   }
   printf("error    RMSE %.4g, relative MSE %.4g, estimated; RMSE x sqrt(seconds) %.4g\n", r->rmse, r->relative_mse,
-         r->rmse * sqrt(seconds));
+      r->rmse * sqrt(seconds));
   printf("         RMSE %.4g to %.4g (95%%), carried by %.0f pixels%s\n", r->rmse_low, r->rmse_high,
-         r->effective_pixels[0], r->unreliable[0] ? ": unreliable" : "");
+      r->effective_pixels[0], r->unreliable[0] ? ": unreliable" : "");
   if (r->unreliable[1])
     printf("         the relative MSE is unreliable, carried by %.0f pixels\n", r->effective_pixels[1]);
   if (r->unknown > 0) printf("         %llu pixels are not finite and left out\n", (unsigned long long)r->unknown);
   printf("used     %u to %u samples per pixel, mean %.2f, in %u rounds; stopped: %s\n", (unsigned)r->samples_min,
-         (unsigned)r->samples_max, r->samples_mean, (unsigned)r->rounds,
-         r->stop == PKTRT_STOP_ERROR  ? "the target is reached"
-         : r->stop == PKTRT_STOP_TIME ? "the time is up"
-                                      : "all passes are done");
+      (unsigned)r->samples_max, r->samples_mean, (unsigned)r->rounds,
+      r->stop == PKTRT_STOP_ERROR  ? "the target is reached"
+      : r->stop == PKTRT_STOP_TIME ? "the time is up"
+                                   : "all passes are done");
 }
 
 static void print_filter(const job *j) {
@@ -1001,7 +978,7 @@ static void print_field(const job *j) {
   pktrt_scene_report report;
   pktrt_get_scene_report(j->world, NULL, &report);
   printf("field    %u instances of it, %u in a row; %llu bytes in all%s\n", o->instances, field_side(o),
-         (unsigned long long)report.bytes, o->scene ? "; without the scene's own lights" : "");
+      (unsigned long long)report.bytes, o->scene ? "; without the scene's own lights" : "");
 }
 
 static void print_table(const job *j) {
@@ -1009,16 +986,16 @@ static void print_table(const job *j) {
   pktrt_scene_info info;
   pktrt_get_scene_info(j->world, &info);
   printf("scene    %s: %llu triangles in %lu meshes, %lu of them moving\n", seen_name(o),
-         (unsigned long long)info.triangles, (unsigned long)info.mesh_count, (unsigned long)info.moving_meshes);
+      (unsigned long long)info.triangles, (unsigned long)info.mesh_count, (unsigned long)info.moving_meshes);
   if (o->instances > 0) print_field(j);
   printf("picture  %u x %u, %s, %s path, %s, packets %u x %u by %s, tiles %u, threads %u\n", o->width, o->height,
-         mode_words[o->mode], path_words[o->path], pktrt_isa_string(info.isa), o->packet, o->packet,
-         assembly_names[o->assembly], o->tile, o->threads);
+      mode_words[o->mode], path_words[o->path], pktrt_isa_string(info.isa), o->packet, o->packet,
+      assembly_names[o->assembly], o->tile, o->threads);
   print_settings(j);
   printf("tree     %llu bytes, %llu nodes, %llu leaf blocks; meshes %llu bytes\n", (unsigned long long)info.tree_bytes,
-         (unsigned long long)info.nodes, (unsigned long long)info.leaf_blocks, (unsigned long long)info.mesh_bytes);
+      (unsigned long long)info.nodes, (unsigned long long)info.leaf_blocks, (unsigned long long)info.mesh_bytes);
   printf("seconds  scene %.3f, build %.3f, render %.3f%s\n", j->load_seconds, j->build_seconds, j->render_seconds,
-         o->count ? " (with counting; --no-count is a little faster)" : "");
+      o->count ? " (with counting; --no-count is a little faster)" : "");
   printf("pixels   checksum %016llx\n", (unsigned long long)j->checksum);
   print_error(j);
   if (o->filter) print_filter(j);

@@ -113,8 +113,7 @@ typedef struct conf_finish {
   float exponent, ior[3], extinction[3];
 } conf_finish;
 
-static const conf_finish conf_finishes[] = {
-    {CONF_CARPET, PKTRT_SPECULAR_COAT, 6, {1.08f, 0, 0}, {0, 0, 0}},
+static const conf_finish conf_finishes[] = {{CONF_CARPET, PKTRT_SPECULAR_COAT, 6, {1.08f, 0, 0}, {0, 0, 0}},
     {CONF_PLASTER, PKTRT_SPECULAR_COAT, 20, {1.12f, 0, 0}, {0, 0, 0}},
     {CONF_PANEL, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
     {CONF_TRIM, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
@@ -249,7 +248,7 @@ static bool conf_words(double s, double y, double wide, uint32_t page) {
 static void conf_slide(double s, double t, uint32_t page, double *rgb) {
   static const double bars[4] = {0.34, 0.66, 0.83, 0.92};
   static const double hues[7][3] = {{0.85, 0.30, 0.10}, {0.90, 0.62, 0.08}, {0.18, 0.55, 0.30}, {0.08, 0.33, 0.68},
-                                    {0.86, 0.89, 0.92}, {0.03, 0.11, 0.27}, {0.12, 0.12, 0.13}};
+      {0.86, 0.89, 0.92}, {0.03, 0.11, 0.27}, {0.12, 0.12, 0.13}};
   double bar = floor(s * 8.9 - 0.5), x = conf_part(s * 8.9 - 0.5), h = (t - 0.12) / 0.62;
   uint32_t pick = 4;
   if (t > 0.84) pick = conf_words(s * 1.15 - 0.06, (0.965 - t) * 11.0, 20.0, page + 23) ? 4 : 5;
@@ -305,13 +304,12 @@ static double conf_line(double x, double y, const double *a, const double *b) {
 /* The drawing on the whiteboard: a frustum of rays from an eye, boxes in it, a sphere that sends some of them on.
    Units: heights of the board. Returns the pen, -1 for none. */
 static int conf_sketch_at(double x, double y) {
-  static const double lines[][6] = {
-      /* from, to, pen, dashes per unit */
-      {0.18, 0.50, 1.05, 0.86, 0, 0},  {0.18, 0.50, 1.05, 0.14, 0, 0},  {0.18, 0.50, 1.02, 0.62, 1, 0},
-      {0.18, 0.50, 1.00, 0.50, 1, 0},  {0.18, 0.50, 1.02, 0.38, 1, 0},  {1.02, 0.62, 0.80, 0.93, 3, 14},
+  static const double lines[][6] = {/* from, to, pen, dashes per unit */
+      {0.18, 0.50, 1.05, 0.86, 0, 0}, {0.18, 0.50, 1.05, 0.14, 0, 0}, {0.18, 0.50, 1.02, 0.62, 1, 0},
+      {0.18, 0.50, 1.00, 0.50, 1, 0}, {0.18, 0.50, 1.02, 0.38, 1, 0}, {1.02, 0.62, 0.80, 0.93, 3, 14},
       {1.00, 0.50, 0.55, 0.51, 3, 14}, {1.02, 0.38, 0.80, 0.07, 3, 14}, {0.62, 0.22, 1.48, 0.22, 2, 0},
-      {1.48, 0.22, 1.48, 0.80, 2, 0},  {1.48, 0.80, 0.62, 0.80, 2, 0},  {0.62, 0.80, 0.62, 0.22, 2, 0},
-      {0.92, 0.29, 1.42, 0.29, 2, 0},  {1.42, 0.29, 1.42, 0.72, 2, 0},  {1.42, 0.72, 0.92, 0.72, 2, 0},
+      {1.48, 0.22, 1.48, 0.80, 2, 0}, {1.48, 0.80, 0.62, 0.80, 2, 0}, {0.62, 0.80, 0.62, 0.22, 2, 0},
+      {0.92, 0.29, 1.42, 0.29, 2, 0}, {1.42, 0.29, 1.42, 0.72, 2, 0}, {1.42, 0.72, 0.92, 0.72, 2, 0},
       {0.92, 0.72, 0.92, 0.29, 2, 0}};
   double sphere = sqrt((x - 1.17) * (x - 1.17) + (y - 0.5) * (y - 0.5)),
          eye = sqrt((x - 0.15) * (x - 0.15) + (y - 0.5) * (y - 0.5));
@@ -334,16 +332,16 @@ static void conf_sketch(void *user, const pktrt_points *p) {
   for (i = 0; i < p->n; i++) {
     int pen;
     conf_on_quad(p, i, &s, &t);
-    pen = conf_sketch_at(2.1 * s + 0.010 * sc_noise(14.0 * t, 9.0 * s, 0.5),
-                         t + 0.010 * sc_noise(14.0 * s, 9.0 * t, 4.5));
+    pen = conf_sketch_at(
+        2.1 * s + 0.010 * sc_noise(14.0 * t, 9.0 * s, 0.5), t + 0.010 * sc_noise(14.0 * s, 9.0 * t, 4.5));
     if (pen >= 0) conf_put(p->albedo, i, pens[pen], 1.0);
   }
 }
 
 /* Paintings: hills of colour, one in front of the other. */
 static void conf_paint(void *user, const pktrt_points *p) {
-  static const double palette[6][3] = {{0.78, 0.60, 0.32}, {0.70, 0.32, 0.10}, {0.45, 0.10, 0.06},
-                                       {0.10, 0.22, 0.30}, {0.05, 0.10, 0.18}, {0.62, 0.58, 0.48}};
+  static const double palette[6][3] = {{0.78, 0.60, 0.32}, {0.70, 0.32, 0.10}, {0.45, 0.10, 0.06}, {0.10, 0.22, 0.30},
+      {0.05, 0.10, 0.18}, {0.62, 0.58, 0.48}};
   double s, t;
   uint32_t i, k;
   (void)user;
@@ -449,7 +447,7 @@ static void conf_boards(sc_build *b, double x0, double y0, double x1, double y1,
   for (k = 0; k < rows; k++)
     for (i = 0; i < columns; i++)
       sc_box(b, x0 + w * i + 0.004, y0 + h * k + 0.004, -0.01, x0 + w * (i + 1) - 0.004, y0 + h * (k + 1) - 0.004,
-             0.022, 0.003);
+          0.022, 0.003);
 }
 
 /* Skirting along a wall. */
@@ -463,8 +461,8 @@ static void conf_skirting(sc_build *b, double x0, double x1) {
 
 /* Boards up to the chair rail, plaster above. */
 static void conf_wainscot(sc_build *b, double x0, double x1) {
-  static const double rail[][3] = {{0, 930, 1}, {30, 930, 1}, {38, 938},  {40, 952},
-                                   {36, 962},   {26, 968, 1}, {0, 968, 1}};
+  static const double rail[][3] = {
+      {0, 930, 1}, {30, 930, 1}, {38, 938}, {40, 952}, {36, 962}, {26, 968, 1}, {0, 968, 1}};
   sc_pt path[2] = {{0, 0, 1}, {0, 0, 1}};
   uint32_t n = (uint32_t)((x1 - x0) / 0.6 + 0.5);
   path[0].x = x1, path[1].x = x0;
@@ -475,9 +473,7 @@ static void conf_wainscot(sc_build *b, double x0, double x1) {
   conf_face(b, x0, 0.93, x1, CONF_Y + 0.08, 0.0);
 }
 
-static const double conf_openings[CONF_WINDOWS][4] = {
-    {1.0, 0.92, 4.2, 2.80},
-    {5.0, 0.92, 8.2, 2.80},
+static const double conf_openings[CONF_WINDOWS][4] = {{1.0, 0.92, 4.2, 2.80}, {5.0, 0.92, 8.2, 2.80},
     {9.0, 0.92, 12.2, 2.80}}; /* x0, y0, x1, y1 in the frame of the wall */
 
 /* Frame, sill and reveals of a window; there are no panes. */
@@ -692,12 +688,12 @@ static void conf_ceiling(sc_build *b) {
   for (i = 0; i <= 22; i++) {
     double x = -CONF_X + 0.6 * i, y = CONF_Y - 0.001 * (i & 1);
     sc_quad(b, sc_v(x - 0.012, y, -CONF_Z), sc_v(x + 0.012, y, -CONF_Z), sc_v(x + 0.012, y, CONF_Z),
-            sc_v(x - 0.012, y, CONF_Z));
+        sc_v(x - 0.012, y, CONF_Z));
   }
   for (j = 0; j <= 13; j++) {
     double z = -CONF_Z + 0.6 * j, y = CONF_Y - 0.0005;
     sc_quad(b, sc_v(-CONF_X, y, z - 0.012), sc_v(CONF_X, y, z - 0.012), sc_v(CONF_X, y, z + 0.012),
-            sc_v(-CONF_X, y, z + 0.012));
+        sc_v(-CONF_X, y, z + 0.012));
   }
 }
 
@@ -708,7 +704,7 @@ static void conf_room(sc_build *b) {
   conf_ceiling(b);
   sc_use(b, CONF_PLASTER); /* what carries it keeps out the sun */
   sc_quad(b, sc_v(-7.2, CONF_Y + 0.07, -4.5), sc_v(7.2, CONF_Y + 0.07, -4.5), sc_v(7.2, CONF_Y + 0.07, 4.5),
-          sc_v(-7.2, CONF_Y + 0.07, 4.5));
+      sc_v(-7.2, CONF_Y + 0.07, 4.5));
   conf_at(b, -CONF_X, 0.0, -CONF_Z, 0.0, conf_window_wall);
   conf_at(b, CONF_X, 0.0, -CONF_Z, -90.0, conf_end_wall);
   conf_at(b, CONF_X, 0.0, CONF_Z, 180.0, conf_door_wall);
@@ -731,8 +727,8 @@ static void conf_oval(sc_frame *f, uint32_t n, double in) {
 
 /* Table top: a dark edge, a line of brass, within it veneer in strips from edge to edge. */
 static void conf_table_top(sc_build *b) {
-  static const double edge[][3] = {{-400, -45, 1}, {-60, -45, 1}, {-15, -43},  {-3, -34},
-                                   {-1, -22},      {-3, -9},      {-12, 0, 1}, {-110, 0, 1}};
+  static const double edge[][3] = {
+      {-400, -45, 1}, {-60, -45, 1}, {-15, -43}, {-3, -34}, {-1, -22}, {-3, -9}, {-12, 0, 1}, {-110, 0, 1}};
   static const double line[][3] = {{-110, 0, 1}, {-119, 0, 1}};
   sc_frame f[96], keep = sc_place(b, 0.0, CONF_TOP, 0.0, 0.0);
   sc_pt round[SC_MAX_POINTS];
@@ -771,10 +767,9 @@ static void conf_table(sc_build *b) {
 /* Chairs: soft pads on a sling between two rails. The line of the sling from the lip of the seat over the back to the
    top, {z, y}; the chair looks to +z. */
 #define CONF_PADS 9u
-static const double conf_sling[13][2] = {{0.205, 0.395},  {0.245, 0.425},  {0.200, 0.458},  {0.060, 0.452},
-                                         {-0.090, 0.438}, {-0.190, 0.440}, {-0.245, 0.495}, {-0.262, 0.605},
-                                         {-0.272, 0.725}, {-0.305, 0.850}, {-0.345, 0.970}, {-0.378, 1.060},
-                                         {-0.398, 1.072}};
+static const double conf_sling[13][2] = {{0.205, 0.395}, {0.245, 0.425}, {0.200, 0.458}, {0.060, 0.452},
+    {-0.090, 0.438}, {-0.190, 0.440}, {-0.245, 0.495}, {-0.262, 0.605}, {-0.272, 0.725}, {-0.305, 0.850},
+    {-0.345, 0.970}, {-0.378, 1.060}, {-0.398, 1.072}};
 static const double conf_pad_steps[8] = {0.0, 0.05, 0.14, 0.30, 0.50, 0.70, 0.86, 0.95};
 
 /* The frame of the sling at s in [0,12]: y points out of the pads, z along the line. */
@@ -815,8 +810,8 @@ typedef struct conf_chair_kinds {
 
 /* Rail and armrest of one side, braces under the seat. */
 static void conf_chair_sides(sc_build *b, const conf_chair_kinds *k) {
-  static const double arm[][2] = {{0.110, 0.440}, {0.165, 0.520},  {0.155, 0.625}, {0.085, 0.660},
-                                  {-0.10, 0.660}, {-0.215, 0.640}, {-0.265, 0.575}}; /* z, y */
+  static const double arm[][2] = {{0.110, 0.440}, {0.165, 0.520}, {0.155, 0.625}, {0.085, 0.660}, {-0.10, 0.660},
+      {-0.215, 0.640}, {-0.265, 0.575}}; /* z, y */
   static const double rest[][3] = {{0, 0, 1}, {22, 0, 1}, {26, 6}, {25, 14}, {17, 20}, {0, 22}};
   sc_v3 p[16];
   int side;
@@ -848,8 +843,8 @@ static void conf_chair_sides(sc_build *b, const conf_chair_kinds *k) {
 
 /* Five arms on castors, and the column. */
 static void conf_chair_foot(sc_build *b, const conf_chair_kinds *k) {
-  static const double hub[][3] = {{0, 85, 1},   {38, 85, 1},  {42, 92},     {40, 125},   {30, 135, 1},
-                                  {26, 136, 1}, {26, 260, 1}, {17, 262, 1}, {17, 375, 1}};
+  static const double hub[][3] = {{0, 85, 1}, {38, 85, 1}, {42, 92}, {40, 125}, {30, 135, 1}, {26, 136, 1},
+      {26, 260, 1}, {17, 262, 1}, {17, 375, 1}};
   static const double wheel[][3] = {{0, 0, 1}, {22, 0, 1}, {25, 6}, {22, 15, 1}, {0, 16, 1}};
   uint32_t i, side;
   sc_use(b, k->foot);
@@ -886,7 +881,7 @@ static void conf_chair_seat(sc_build *b, const conf_chair_kinds *k) {
 /* Where chair i stands and where it looks at time 0: 18 along the sides, two at the ends, four along a wall. */
 static void conf_seat(uint32_t i, double *x, double *z, double *yaw) {
   static const double others[6][3] = {{4.02, 0.10, -96.0}, {-4.05, -0.12, 84.0}, {-1.2, 3.38, 176.0},
-                                      {-2.0, 3.36, 183.0}, {-2.8, 3.39, 178.0},  {-3.6, 3.35, 187.0}};
+      {-2.0, 3.36, 183.0}, {-2.8, 3.39, 178.0}, {-3.6, 3.35, 187.0}};
   if (i < 18) {
     double out = 0.30 + 0.10 * sc_sin(1234.0 * i + 60.0) * sc_sin(777.0 * i);
     *x = 0.74 * ((int)(i % 9) - 4) + 0.03 * sc_sin(1700.0 * i);
@@ -902,8 +897,8 @@ static const double conf_movers[5][4] = {
 /* All chairs, those that move in meshes of their own. */
 static void conf_chairs(sc_build *b) {
   static const conf_chair_kinds still = {CONF_LEATHER, CONF_CHROME, CONF_PLASTIC, CONF_CHROME, CONF_PLASTIC};
-  static const conf_chair_kinds moving = {CONF_MOVE_LEATHER, CONF_MOVE_METAL, CONF_MOVE_PLASTIC, CONF_ROLL_METAL,
-                                          CONF_ROLL_PLASTIC};
+  static const conf_chair_kinds moving = {
+      CONF_MOVE_LEATHER, CONF_MOVE_METAL, CONF_MOVE_PLASTIC, CONF_ROLL_METAL, CONF_ROLL_PLASTIC};
   bool moves[CONF_SEATS] = {false};
   uint32_t i, k;
   for (k = 0; k < SC_COUNT(conf_movers); k++) moves[(uint32_t)conf_movers[k][0]] = true;
@@ -963,8 +958,8 @@ static void conf_display(sc_build *b) {
 /* Whiteboard with a tray, pens and a sponge. */
 static void conf_whiteboard(sc_build *b) {
   static const double rim[][3] = {{18, 0, 1}, {18, 20, 1}, {14, 24}, {0, 22, 1}, {-4, 10, 1}};
-  static const double pen[][3] = {{0, 0, 1},  {7, 0, 1}, {8, 4},      {8, 85, 1},
-                                  {9, 86, 1}, {9, 128},  {7, 132, 1}, {0, 132, 1}};
+  static const double pen[][3] = {
+      {0, 0, 1}, {7, 0, 1}, {8, 4}, {8, 85, 1}, {9, 86, 1}, {9, 128}, {7, 132, 1}, {0, 132, 1}};
   static const uint32_t inks[4] = {CONF_PLASTIC, CONF_RED, CONF_BLUE, CONF_APPLE};
   uint32_t i;
   sc_use(b, CONF_BOARD);
@@ -1013,7 +1008,7 @@ static void conf_clock_face(sc_build *b) {
     if (i < 12) sc_box(b, -0.004, 0.118, 0.026, 0.004, 0.142, 0.029, 0.0);
     else
       sc_box(b, i < 14 ? -0.005 : -0.002, -0.03, 0.026 + 0.002 * (i - 12), i < 14 ? 0.005 : 0.002,
-             i == 12 ? 0.08 : 0.125, 0.029 + 0.002 * (i - 12), 0.0);
+          i == 12 ? 0.08 : 0.125, 0.029 + 0.002 * (i - 12), 0.0);
     b->at = face;
   }
 }
@@ -1042,8 +1037,8 @@ static void conf_globe_ball(sc_build *b) {
 }
 /* The globe, its stand, and the ring that holds its axis. */
 static void conf_globe(sc_build *b) {
-  static const double stand[][3] = {{0, 0, 1}, {210, 0, 1}, {214, 10}, {200, 24}, {90, 45},  {40, 80},  {28, 130},
-                                    {24, 300}, {36, 400},   {26, 440}, {22, 640}, {40, 690}, {30, 715}, {0, 720}};
+  static const double stand[][3] = {{0, 0, 1}, {210, 0, 1}, {214, 10}, {200, 24}, {90, 45}, {40, 80}, {28, 130},
+      {24, 300}, {36, 400}, {26, 440}, {22, 640}, {40, 690}, {30, 715}, {0, 720}};
   sc_v3 c = conf_globe_centre(), axis = conf_globe_axis();
   sc_frame keep = sc_place(b, c.x, 0.0, c.z, 0.0);
   sc_use(b, CONF_TRIM);
@@ -1066,13 +1061,13 @@ static sc_v3 conf_leaf(double u, double v, const void *context) { /* along +z fr
   const conf_blade *c = (const conf_blade *)context;
   double w = c->width * sqrt(v) * (1.0 - v * v) * 1.5 + 0.003 * (1.0 - v), x = 2.0 * u - 1.0;
   return sc_v(w * x, c->length * v * (c->rise - c->droop * v) + 0.35 * w * (x < 0.0 ? -x : x),
-              c->length * v * (1.0 - 0.25 * v * c->rise));
+      c->length * v * (1.0 - 0.25 * v * c->rise));
 }
 
 /* A dracaena: three stems in a pot, each with a tuft of leaves. */
 static void conf_plant(sc_build *b) {
-  static const double pot[][3] = {{0, 0, 1},  {130, 0, 1}, {140, 8},   {172, 300},
-                                  {180, 372}, {178, 378},  {168, 374}, {160, 330, 1}};
+  static const double pot[][3] = {
+      {0, 0, 1}, {130, 0, 1}, {140, 8}, {172, 300}, {180, 372}, {178, 378}, {168, 374}, {160, 330, 1}};
   static const double soil[][3] = {{163, 335, 1}, {0, 345, 1}};
   static const double stems[3][3] = {{0.06, 1.10, 0.02}, {-0.07, 0.80, 0.05}, {0.0, 1.42, -0.07}}; /* x, height, z */
   uint32_t i;
@@ -1179,14 +1174,14 @@ static void conf_laptop(sc_build *b) {
   sc_box(b, -0.162, 0.004, -0.0036, 0.162, 0.219, -0.002, 0.0);
   sc_use(b, CONF_SCREEN);
   sc_quad(b, sc_v(0.152, 0.016, -0.004), sc_v(-0.152, 0.016, -0.004), sc_v(-0.152, 0.210, -0.004),
-          sc_v(0.152, 0.210, -0.004));
+      sc_v(0.152, 0.210, -0.004));
   b->at = keep;
 }
 
 /* A tumbler with water: glass, glass against water, and the water's surface meet in one ring of vertices. */
 static void conf_tumbler(sc_build *b) {
-  static const double glass[][3] = {{0, 0, 1}, {27, 0, 1},  {30, 3},     {32, 30},
-                                    {36, 118}, {35.2, 120}, {34.2, 118}, {32, 76, 1}};
+  static const double glass[][3] = {
+      {0, 0, 1}, {27, 0, 1}, {30, 3}, {32, 30}, {36, 118}, {35.2, 120}, {34.2, 118}, {32, 76, 1}};
   static const double wet[][3] = {{32, 76, 1}, {29.6, 30}, {27.5, 13}, {22, 9}, {0, 9}};
   static const double water[][3] = {{32, 76, 1}, {0, 76, 1}};
   sc_use(b, CONF_GLASS);
@@ -1199,9 +1194,8 @@ static void conf_tumbler(sc_build *b) {
 
 /* A carafe, a good half full. */
 static void conf_carafe(sc_build *b) {
-  static const double glass[][3] = {{0, 0, 1},   {46, 0, 1},  {56, 6},     {63, 40},    {60, 100},
-                                    {42, 155},   {27, 195},   {25, 220},   {36, 258},   {35.5, 260},
-                                    {33.8, 258}, {22.6, 220}, {24.4, 195}, {39.4, 155}, {52, 123, 1}};
+  static const double glass[][3] = {{0, 0, 1}, {46, 0, 1}, {56, 6}, {63, 40}, {60, 100}, {42, 155}, {27, 195},
+      {25, 220}, {36, 258}, {35.5, 260}, {33.8, 258}, {22.6, 220}, {24.4, 195}, {39.4, 155}, {52, 123, 1}};
   static const double wet[][3] = {{52, 123, 1}, {57.2, 100}, {60, 40}, {55, 12}, {44, 6}, {0, 6}};
   static const double water[][3] = {{52, 123, 1}, {0, 123, 1}};
   sc_use(b, CONF_GLASS);
@@ -1215,8 +1209,8 @@ static void conf_carafe(sc_build *b) {
 /* A cup of coffee on a saucer with a spoon. */
 static void conf_cup(sc_build *b) {
   static const double saucer[][3] = {{0, 2, 1}, {28, 0}, {36, 2}, {72, 15}, {74, 17}, {71, 18}, {36, 6}, {0, 5}};
-  static const double cup[][3] = {{0, 8, 1}, {20, 8},  {24, 5, 1}, {26, 6},  {33, 18}, {40, 45},
-                                  {43, 72},  {42, 74}, {40.5, 72}, {37, 44}, {28, 18}, {0, 12}};
+  static const double cup[][3] = {{0, 8, 1}, {20, 8}, {24, 5, 1}, {26, 6}, {33, 18}, {40, 45}, {43, 72}, {42, 74},
+      {40.5, 72}, {37, 44}, {28, 18}, {0, 12}};
   static const double coffee[][3] = {{39.6, 60, 1}, {0, 60, 1}};
   static const double handle[][2] = {{0.040, 0.060}, {0.058, 0.064}, {0.066, 0.048}, {0.056, 0.030}, {0.036, 0.030}};
   sc_v3 p[5];
@@ -1256,8 +1250,8 @@ static void conf_microphone(sc_build *b) {
 
 /* A three-armed telephone for conferences. */
 static void conf_telephone(sc_build *b) {
-  static const double body[][3] = {{0, 4, 1}, {165, 4, 1}, {172, 10},   {165, 20},
-                                   {110, 38}, {70, 52},    {45, 56, 1}, {0, 56, 1}};
+  static const double body[][3] = {
+      {0, 4, 1}, {165, 4, 1}, {172, 10}, {165, 20}, {110, 38}, {70, 52}, {45, 56, 1}, {0, 56, 1}};
   static const double speaker[][3] = {{45, 55, 1}, {45, 58}, {42, 60, 1}, {0, 57}};
   uint32_t i;
   b->flutes = 3, b->flute_depth = 0.42;
@@ -1290,8 +1284,8 @@ static void conf_sheet(sc_build *b, double x, double y, double z, double yaw, do
 
 /* A pen that lies along the yaw. */
 static void conf_pen(sc_build *b, double x, double z, double yaw, uint32_t kind) {
-  static const double body[][3] = {{0, 0, 1},     {2.6, 1},   {4.6, 16, 1}, {5.0, 18, 1},
-                                   {5.0, 128, 1}, {3.5, 133}, {0, 134}};
+  static const double body[][3] = {
+      {0, 0, 1}, {2.6, 1}, {4.6, 16, 1}, {5.0, 18, 1}, {5.0, 128, 1}, {3.5, 133}, {0, 134}};
   static const double tip[][3] = {{0, -5}, {0.8, -4}, {2.7, 3, 1}};
   static const double clip[][3] = {{5.3, 84, 1}, {5.3, 90, 1}};
   sc_frame keep = sc_place(b, x, 0.0052, z, yaw);
@@ -1315,13 +1309,13 @@ static void conf_folder(sc_build *b, uint32_t kind) {
 
 /* A bowl of glass with oranges and apples. */
 static void conf_fruit(sc_build *b) {
-  static const double bowl[][3] = {{0, 0, 1}, {50, 0, 1}, {56, 5},   {66, 12}, {120, 45}, {150, 92},
-                                   {150, 95}, {146, 94},  {115, 50}, {60, 18}, {0, 12}};
+  static const double bowl[][3] = {{0, 0, 1}, {50, 0, 1}, {56, 5}, {66, 12}, {120, 45}, {150, 92}, {150, 95}, {146, 94},
+      {115, 50}, {60, 18}, {0, 12}};
   static const double apple[][3] = {{0, 6}, {10, 1}, {24, 8}, {38, 36}, {36, 56}, {22, 68}, {8, 66}, {0, 59}};
   static const double stalk[][3] = {{1.6, 58, 1}, {1.4, 72}, {2.0, 80, 1}, {0, 80, 1}};
-  static const double at[8][4] = {{0.058, 0.050, 0.0, 0},   {-0.040, 0.050, 0.050, 0}, {-0.035, 0.050, -0.055, 1},
-                                  {0.035, 0.060, 0.085, 1}, {0.040, 0.062, -0.080, 0}, {-0.098, 0.070, 0.0, 1},
-                                  {0.0, 0.112, 0.010, 0},   {0.03, 0.115, -0.05, 2}};
+  static const double at[8][4] = {{0.058, 0.050, 0.0, 0}, {-0.040, 0.050, 0.050, 0}, {-0.035, 0.050, -0.055, 1},
+      {0.035, 0.060, 0.085, 1}, {0.040, 0.062, -0.080, 0}, {-0.098, 0.070, 0.0, 1}, {0.0, 0.112, 0.010, 0},
+      {0.03, 0.115, -0.05, 2}};
   uint32_t i;
   sc_use(b, CONF_GLASS);
   SC_LATHE(b, 56, bowl, 2);
@@ -1416,9 +1410,8 @@ static void conf_setting(sc_build *b, uint32_t what, uint32_t number) {
 
 /* The table laid. */
 static void conf_table_things(sc_build *b) {
-  static const uint32_t sides[18] = {2 | 8 | 16, 1 | 4,  2 | 8 | 16, 32 | 4, 2 | 8 | 16, 1 | 8,
-                                     2 | 4 | 16, 32 | 8, 2 | 8 | 16, 1 | 8,  2 | 4 | 16, 32 | 8,
-                                     2 | 16,     1 | 4,  2 | 8 | 16, 2 | 4,  32 | 16,    1 | 8};
+  static const uint32_t sides[18] = {2 | 8 | 16, 1 | 4, 2 | 8 | 16, 32 | 4, 2 | 8 | 16, 1 | 8, 2 | 4 | 16, 32 | 8,
+      2 | 8 | 16, 1 | 8, 2 | 4 | 16, 32 | 8, 2 | 16, 1 | 4, 2 | 8 | 16, 2 | 4, 32 | 16, 1 | 8};
   static const double carafes[4][2] = {{-1.95, -0.36}, {-0.35, 0.28}, {1.35, -0.25}, {2.75, 0.22}};
   uint32_t i;
   sc_frame keep = b->at;
@@ -1495,8 +1488,8 @@ static sc_frame conf_pose_ball(uint32_t part, sc_v3 first, double time) {
                        angle = conf_cradle_angle(part, time) - conf_cradle_angle(part, 0.0);
   (void)first;
   conf_cradle_place(&x, &y, &z, &yaw);
-  return conf_rotation(sc_v(x + at * sc_cos(yaw), y + 0.018 + 0.205, z - at * sc_sin(yaw)),
-                       sc_v(sc_sin(yaw), 0.0, sc_cos(yaw)), angle);
+  return conf_rotation(
+      sc_v(x + at * sc_cos(yaw), y + 0.018 + 0.205, z - at * sc_sin(yaw)), sc_v(sc_sin(yaw), 0.0, sc_cos(yaw)), angle);
 }
 
 static sc_frame conf_pose_leaf(uint32_t part, sc_v3 first, double time) { /* sways from where it leaves the stem */
@@ -1511,18 +1504,14 @@ static sc_frame conf_pose_hand(uint32_t part, sc_v3 first, double time) {
 }
 
 static const conf_motion conf_motions[] = {{CONF_MOVE_LEATHER, SC_COUNT(conf_movers), conf_pose_seat},
-                                           {CONF_MOVE_METAL, SC_COUNT(conf_movers), conf_pose_seat},
-                                           {CONF_MOVE_PLASTIC, SC_COUNT(conf_movers), conf_pose_seat},
-                                           {CONF_ROLL_METAL, SC_COUNT(conf_movers), conf_pose_foot},
-                                           {CONF_ROLL_PLASTIC, SC_COUNT(conf_movers), conf_pose_foot},
-                                           {CONF_SLATS, CONF_WINDOWS *CONF_SLAT_COUNT, conf_pose_slat},
-                                           {CONF_DOOR, 1, conf_pose_door},
-                                           {CONF_HANDLE, 1, conf_pose_door},
-                                           {CONF_SEA, 1, conf_pose_globe},
-                                           {CONF_LAND, 1, conf_pose_globe},
-                                           {CONF_CRADLE, 2, conf_pose_ball},
-                                           {CONF_LEAVES, CONF_PLANTS *CONF_LEAF_COUNT, conf_pose_leaf},
-                                           {CONF_HANDS, 1, conf_pose_hand}};
+    {CONF_MOVE_METAL, SC_COUNT(conf_movers), conf_pose_seat},
+    {CONF_MOVE_PLASTIC, SC_COUNT(conf_movers), conf_pose_seat},
+    {CONF_ROLL_METAL, SC_COUNT(conf_movers), conf_pose_foot},
+    {CONF_ROLL_PLASTIC, SC_COUNT(conf_movers), conf_pose_foot},
+    {CONF_SLATS, CONF_WINDOWS *CONF_SLAT_COUNT, conf_pose_slat}, {CONF_DOOR, 1, conf_pose_door},
+    {CONF_HANDLE, 1, conf_pose_door}, {CONF_SEA, 1, conf_pose_globe}, {CONF_LAND, 1, conf_pose_globe},
+    {CONF_CRADLE, 2, conf_pose_ball}, {CONF_LEAVES, CONF_PLANTS *CONF_LEAF_COUNT, conf_pose_leaf},
+    {CONF_HANDS, 1, conf_pose_hand}};
 
 /* All maps are rotations and shifts, so normals turn like everything else. */
 static void conference_deform(const scene *s, const scene_mesh *m, double time, float *positions, float *normals) {

@@ -13,10 +13,8 @@
 enum { LAMPS_GROUND, LAMPS_WALL, LAMPS_STALL, LAMPS_CLOTH, LAMPS_BALL, LAMPS_KINDS };
 
 static const sc_kind lamps_kinds[LAMPS_KINDS] = {{"ground", {0.45f, 0.43f, 0.40f}, 1},
-                                                 {"wall", {0.62f, 0.52f, 0.42f}, 1},
-                                                 {"stall", {0.48f, 0.30f, 0.17f}, 0},
-                                                 {"cloth", {0.70f, 0.16f, 0.12f}, 1},
-                                                 {"ball", {0.75f, 0.75f, 0.72f}, 0}};
+    {"wall", {0.62f, 0.52f, 0.42f}, 1}, {"stall", {0.48f, 0.30f, 0.17f}, 0}, {"cloth", {0.70f, 0.16f, 0.12f}, 1},
+    {"ball", {0.75f, 0.75f, 0.72f}, 0}};
 
 /* >>lamps ---------------------------------------------------------------------------------------------------------- */
 

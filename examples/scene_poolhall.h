@@ -175,8 +175,8 @@ static void hall_plaster(sc_build *b, const hall_wall *w) {
 /* Wainscot from x0 to x1: board, stiles, raised fields, skirting and cap. */
 static void hall_wainscot(sc_build *b, double x0, double x1) {
   static const double skirting[][3] = {{35, 0, 1}, {35, 130, 1}, {30, 145}, {22, 150}, {18, 165, 1}, {0, 165, 1}};
-  static const double cap[][3] = {{18, 1000, 1}, {30, 1010}, {34, 1030},    {50, 1045, 1},
-                                  {55, 1050},    {55, 1060}, {50, 1065, 1}, {0, 1065, 1}};
+  static const double cap[][3] = {
+      {18, 1000, 1}, {30, 1010}, {34, 1030}, {50, 1045, 1}, {55, 1050}, {55, 1060}, {50, 1065, 1}, {0, 1065, 1}};
   uint32_t i, n = (uint32_t)((x1 - x0) / 0.62 + 0.5);
   double pitch;
   sc_pt path[2] = {{0, 0, 1}, {0, 0, 1}};
@@ -232,8 +232,8 @@ static void hall_curtains(sc_build *b, double x0, double x1) {
   }
 }
 
-static const double hall_casing[][3] = {{110, 0, 1}, {110, 30, 1}, {100, 36},  {90, 30, 1},
-                                        {20, 22, 1}, {12, 30},     {0, 30, 1}, {0, -220, 1}};
+static const double hall_casing[][3] = {
+    {110, 0, 1}, {110, 30, 1}, {100, 36}, {90, 30, 1}, {20, 22, 1}, {12, 30}, {0, 30, 1}, {0, -220, 1}};
 
 /* A sash window in an opening, the frame 12 cm behind the wall; one sheet of glass stands for all panes. */
 static void hall_window(sc_build *b, const double *o) {
@@ -283,8 +283,8 @@ static void hall_door(sc_build *b, const double *o) {
 
 /* Ceiling: boards, beams across, joists between them, a cornice around. */
 static void hall_ceiling(sc_build *b) {
-  static const double cornice[][3] = {{0, 3360, 1}, {18, 3360, 1}, {22, 3385},     {20, 3400, 1},  {35, 3415},
-                                      {60, 3450},   {100, 3500},   {120, 3530, 1}, {130, 3535, 1}, {130, 3605, 1}};
+  static const double cornice[][3] = {{0, 3360, 1}, {18, 3360, 1}, {22, 3385}, {20, 3400, 1}, {35, 3415}, {60, 3450},
+      {100, 3500}, {120, 3530, 1}, {130, 3535, 1}, {130, 3605, 1}};
   static const sc_pt room[] = {{0, HALL_Z, 1}, {HALL_X, HALL_Z, 1}, {HALL_X, 0, 1}, {0, 0, 1}};
   uint32_t i, k;
   sc_use(b, HALL_CEILING);
@@ -295,8 +295,8 @@ static void hall_ceiling(sc_build *b) {
     double x = 2.0 + 2.0 * i;
     sc_box(b, x - 0.1, 3.34, -0.05, x + 0.1, 3.65, HALL_Z + 0.05, 0.012);
     for (k = 0; k < 2; k++) { /* corbels under the ends of the beams */
-      static const double corbel[][3] = {{0, 2980, 1}, {50, 3000},  {70, 3080},     {100, 3140},
-                                         {200, 3200},  {270, 3270}, {280, 3345, 1}, {0, 3345, 1}};
+      static const double corbel[][3] = {
+          {0, 2980, 1}, {50, 3000}, {70, 3080}, {100, 3140}, {200, 3200}, {270, 3270}, {280, 3345, 1}, {0, 3345, 1}};
       sc_frame keep = sc_place(b, x, 0.0, k ? HALL_Z : 0.0, k ? 180.0 : 0.0);
       sc_prism(b, corbel, SC_COUNT(corbel), 3, -0.07, 0.0, 0.07, 0.0, 0.03, 3.25);
       b->at = keep;
@@ -348,8 +348,8 @@ static void hall_room(sc_build *b) {
 
 /* The leather-covered iron around a pocket. x, z point away from the field at a corner; z does at a side. */
 static void hall_pocket_iron(sc_build *b, bool corner) {
-  static const double section[][3] = {{1000, -30, 1}, {1000, 26}, {985, 37}, {945, 45},   {860, 48},
-                                      {120, 48},      {30, 44},   {0, 30},   {0, -50, 1}, {1000, -30, 1}};
+  static const double section[][3] = {{1000, -30, 1}, {1000, 26}, {985, 37}, {945, 45}, {860, 48}, {120, 48}, {30, 44},
+      {0, 30}, {0, -50, 1}, {1000, -30, 1}};
   double from = corner ? -76.0 : -5.0, to = corner ? 166.0 : 185.0, out = corner ? 0.142 : 0.122,
          reach = corner ? 0.067 : 0.076;
   uint32_t n = sc_segments(b, 28), i;
@@ -380,8 +380,8 @@ static void hall_pocket_iron(sc_build *b, bool corner) {
 
 /* Leather bag below a pocket, a rim around its top and a net over it: strands wind both ways. */
 static void hall_pocket_net(sc_build *b) {
-  static const double bag[][3] = {{0, -262}, {22, -258},  {36, -245},  {41, -222}, {53, -165}, {64, -90, 1}, {70, -85},
-                                  {71, -50}, {68, -5, 1}, {66, -5, 1}, {62, -100}, {35, -235}, {0, -250}};
+  static const double bag[][3] = {{0, -262}, {22, -258}, {36, -245}, {41, -222}, {53, -165}, {64, -90, 1}, {70, -85},
+      {71, -50}, {68, -5, 1}, {66, -5, 1}, {62, -100}, {35, -235}, {0, -250}};
   uint32_t strands = b->detail < 1.0 ? 6 : 8, i, k, dir;
   sc_use(b, HALL_LEATHER);
   SC_LATHE(b, 24, bag, 1);
@@ -402,8 +402,8 @@ static void hall_pocket_net(sc_build *b) {
    between. */
 static void hall_bed(sc_build *b) {
   double ex = HALL_A + 0.03, ez = HALL_C + 0.03, ix = HALL_A - 0.12, iz = HALL_C - 0.12;
-  static const double side[6][3] = {{1, 1, 1},   {0, 1, 1},  {-1, 1, 1},
-                                    {-1, -1, 1}, {0, -1, 1}, {1, -1, 1}}; /* x, z of the pockets */
+  static const double side[6][3] = {
+      {1, 1, 1}, {0, 1, 1}, {-1, 1, 1}, {-1, -1, 1}, {0, -1, 1}, {1, -1, 1}}; /* x, z of the pockets */
   sc_v3 inner[6], edge[6][13];
   uint32_t i, k, n = 12;
   for (i = 0; i < 6; i++) {
@@ -452,11 +452,11 @@ static void hall_bed(sc_build *b) {
 /* One stretch of rail and cushion, facing +z in its frame (nose line z = 0), and its three sights. Where a cushion
    ends it is sheared, less at the side pockets, and reaches out of the rail up to the round of the pocket. */
 static void hall_rail(sc_build *b, double x0, double shear0, double x1, double shear1, double first, double step) {
-  static const double wood[][3] = {{-30, -100, 1}, {30, -92},   {75, -75},   {105, -45},    {140, -34, 1},
-                                   {158, -34, 1},  {171, -26},  {175, 0},    {174, 25},     {166, 43},
-                                   {150, 47, 1},   {49, 47, 1}, {49, -4, 1}, {-35, -12, 1}, {-30, -100, 1}};
-  static const double rubber[][3] = {{50, -2, 1}, {50, 45.5, 1}, {10, 40.5},  {2, 38.5},
-                                     {0, 36},     {3, 31},       {28, -2, 1}, {50, -2, 1}};
+  static const double wood[][3] = {{-30, -100, 1}, {30, -92}, {75, -75}, {105, -45}, {140, -34, 1}, {158, -34, 1},
+      {171, -26}, {175, 0}, {174, 25}, {166, 43}, {150, 47, 1}, {49, 47, 1}, {49, -4, 1}, {-35, -12, 1},
+      {-30, -100, 1}};
+  static const double rubber[][3] = {
+      {50, -2, 1}, {50, 45.5, 1}, {10, 40.5}, {2, 38.5}, {0, 36}, {3, 31}, {28, -2, 1}, {50, -2, 1}};
   static const double stone[][3] = {{8, 0, 1}, {8, 0.6, 1}, {0, 0.6, 1}};
   double over0 = shear0 < -1.0 ? 0.003 : 0.0125, over1 = shear1 < -1.0 ? 0.003 : 0.0125;
   uint32_t i;
@@ -464,7 +464,7 @@ static void hall_rail(sc_build *b, double x0, double shear0, double x1, double s
   sc_prism(b, wood, SC_COUNT(wood), 2, x0, 0.0, x1, 0.0, 0.06, -0.02);
   sc_use(b, HALL_CLOTH);
   sc_prism(b, rubber, SC_COUNT(rubber), 2, x0 - over0 - 0.05 * shear0, shear0, x1 + over1 + 0.05 * shear1, -shear1,
-           0.03, 0.02);
+      0.03, 0.02);
   sc_use(b, HALL_IVORY);
   for (i = 0; i < 3; i++) {
     sc_frame keep = sc_place(b, first + step * i, 0.0468, 0.105, 0.0);
@@ -475,12 +475,11 @@ static void hall_rail(sc_build *b, double x0, double shear0, double x1, double s
 }
 
 static void hall_leg(sc_build *b) {
-  static const double foot[][3] = {{0, 0, 1}, {50, 0, 1},  {66, 14}, {70, 34}, {58, 56, 1}, {46, 60, 1},
-                                   {43, 68},  {46, 80, 1}, {56, 82}, {60, 90}, {56, 98},    {48, 100, 1}};
+  static const double foot[][3] = {{0, 0, 1}, {50, 0, 1}, {66, 14}, {70, 34}, {58, 56, 1}, {46, 60, 1}, {43, 68},
+      {46, 80, 1}, {56, 82}, {60, 90}, {56, 98}, {48, 100, 1}};
   static const double shaft[][3] = {{47, 98, 1}, {50, 120}, {58, 200}, {66, 270}, {68, 302, 1}};
-  static const double vase[][3] = {{68, 300, 1}, {78, 302}, {81, 310}, {78, 318},   {66, 321, 1},
-                                   {56, 330},    {62, 345}, {84, 375}, {90, 400},   {78, 428},
-                                   {56, 444, 1}, {66, 447}, {69, 455}, {64, 464, 1}};
+  static const double vase[][3] = {{68, 300, 1}, {78, 302}, {81, 310}, {78, 318}, {66, 321, 1}, {56, 330}, {62, 345},
+      {84, 375}, {90, 400}, {78, 428}, {56, 444, 1}, {66, 447}, {69, 455}, {64, 464, 1}};
   sc_use(b, HALL_CARVED);
   SC_LATHE(b, 24, foot, 1);
   b->flutes = 12, b->flute_depth = 0.10;
@@ -492,9 +491,8 @@ static void hall_leg(sc_build *b) {
 
 /* A table, its middle at the origin on the floor, long along x. */
 static void hall_table(sc_build *b) {
-  static const double apron[][3] = {{0, 530, 1}, {100, 530, 1}, {116, 535},    {121, 548},
-                                    {116, 561},  {106, 566, 1}, {104, 590, 1}, {104, 660, 1},
-                                    {108, 664},  {120, 672, 1}, {120, 765, 1}, {0, 765, 1}};
+  static const double apron[][3] = {{0, 530, 1}, {100, 530, 1}, {116, 535}, {121, 548}, {116, 561}, {106, 566, 1},
+      {104, 590, 1}, {104, 660, 1}, {108, 664}, {120, 672, 1}, {120, 765, 1}, {0, 765, 1}};
   double corner = 0.035, xs = HALL_A + corner - 0.067, zs = HALL_C + corner - 0.067;
   sc_frame keep, bed;
   uint32_t i;
@@ -531,10 +529,9 @@ static void hall_table(sc_build *b) {
 
 /* Digits as strokes through points of a grid, 4 wide and 6 high: x and y of each. */
 static void hall_digit(sc_build *b, uint32_t digit, double x, double size) {
-  static const char *const strokes[10] = {"103041453616050110",     "042620",   "05163645430040",
-                                          "0516364544334241301001", "30360242", "460603334241301001",
-                                          "36160501103041423303",   "064610",   "13040516364544331302011030414233",
-                                          "10304145361605041343"};
+  static const char *const strokes[10] = {"103041453616050110", "042620", "05163645430040", "0516364544334241301001",
+      "30360242", "460603334241301001", "36160501103041423303", "064610", "13040516364544331302011030414233",
+      "10304145361605041343"};
   const char *p = strokes[digit];
   double thick = 0.36, r = HALL_BALL + 0.0005;
   for (; p[2]; p += 2) {
@@ -562,8 +559,8 @@ static void hall_ball_of(sc_build *b, uint32_t number, uint32_t rows, const uint
   sc_turn_z(b, 70.0 * sc_random(&b->random) + 10.0);
   sc_turn_x(b, 360.0 * sc_random(&b->random));
   sc_use(b, kinds[0]);
-  sc_sphere_band(b, HALL_BALL, number > 8 ? 60.0 : 0.0, number > 8 ? 120.0 : 180.0, number > 8 ? rows : 3 * rows,
-                 6 * rows);
+  sc_sphere_band(
+      b, HALL_BALL, number > 8 ? 60.0 : 0.0, number > 8 ? 120.0 : 180.0, number > 8 ? rows : 3 * rows, 6 * rows);
   sc_use(b, kinds[1]);
   if (number > 8) sc_sphere_band(b, HALL_BALL, 0.0, 60.0, rows, 6 * rows);
   if (number > 8) sc_sphere_band(b, HALL_BALL, 120.0, 180.0, rows, 6 * rows);
@@ -593,8 +590,8 @@ static void hall_cue(sc_build *b) {
   static const double tip[][3] = {{0, 0}, {4.5, 1}, {6.2, 4}, {6.2, 10, 1}};
   static const double ferrule[][3] = {{6.3, 10, 1}, {6.5, 35, 1}};
   static const double shaft[][3] = {{6.5, 35, 1}, {6.8, 300}, {10.5, 740, 1}};
-  static const double butt[][3] = {{10.8, 740, 1}, {11.2, 760, 1}, {12.8, 1100}, {14.8, 1450},
-                                   {14.5, 1465},   {12, 1470},     {0, 1470}};
+  static const double butt[][3] = {
+      {10.8, 740, 1}, {11.2, 760, 1}, {12.8, 1100}, {14.8, 1450}, {14.5, 1465}, {12, 1470}, {0, 1470}};
   static const double ring[][3] = {{10.8, 735, 1}, {11.8, 737, 1}, {11.8, 760, 1}, {11, 762, 1}};
   sc_use(b, HALL_CHALK);
   SC_LATHE(b, 14, tip, 1);
@@ -651,12 +648,12 @@ static void hall_rack_balls(sc_build *b) {
 /* A lamp over a table: three shades under a bar that hangs on two rods. The mouth of the shades is at y = 0; a bowl of
    frosted glass in each holds the bulb. `light`: the kind of the middle bowl. */
 static void hall_lamp(sc_build *b, double ceiling, uint32_t light) {
-  static const double shade[][3] = {{232, -4, 1}, {236, 0},  {232, 12}, {205, 50},
-                                    {140, 105},   {80, 145}, {52, 175}, {46, 200, 1}};
-  static const double inside[][3] = {{46, 195, 1}, {50, 172}, {78, 141},   {138, 101},
-                                     {202, 46},    {229, 10}, {231, -4, 1}};
-  static const double cap[][3] = {{50, 185, 1}, {52, 200}, {45, 215}, {28, 225, 1},
-                                  {24, 240},    {28, 255}, {18, 270}, {12, 300, 1}};
+  static const double shade[][3] = {
+      {232, -4, 1}, {236, 0}, {232, 12}, {205, 50}, {140, 105}, {80, 145}, {52, 175}, {46, 200, 1}};
+  static const double inside[][3] = {
+      {46, 195, 1}, {50, 172}, {78, 141}, {138, 101}, {202, 46}, {229, 10}, {231, -4, 1}};
+  static const double cap[][3] = {
+      {50, 185, 1}, {52, 200}, {45, 215}, {28, 225, 1}, {24, 240}, {28, 255}, {18, 270}, {12, 300, 1}};
   static const double bulb[][3] = {{0, -22}, {60, -16}, {115, 4}, {150, 30, 1}};
   static const double rose[][3] = {{0, 0, 1}, {12, 0, 1}, {30, 20}, {55, 35}, {60, 50, 1}};
   static const double finial[][3] = {{0, 0}, {12, 6}, {24, 22}, {16, 40}, {10, 50, 1}};
@@ -726,10 +723,10 @@ static void hall_bottle(sc_build *b, uint32_t kind, uint32_t material) {
 }
 
 static void hall_glass(sc_build *b, bool stem) {
-  static const double pint[][3] = {{0, 0, 1}, {27, 0, 1}, {29, 4},  {31, 60}, {40, 145},
-                                   {39, 147}, {37, 145},  {28, 60}, {26, 12}, {0, 10}};
-  static const double wine[][3] = {{0, 0, 1}, {33, 0, 1}, {32, 3},      {8, 7},       {4, 20},   {4, 75},   {10, 88},
-                                   {34, 115}, {37, 145},  {31, 175, 1}, {29, 175, 1}, {35, 145}, {32, 117}, {0, 92}};
+  static const double pint[][3] = {
+      {0, 0, 1}, {27, 0, 1}, {29, 4}, {31, 60}, {40, 145}, {39, 147}, {37, 145}, {28, 60}, {26, 12}, {0, 10}};
+  static const double wine[][3] = {{0, 0, 1}, {33, 0, 1}, {32, 3}, {8, 7}, {4, 20}, {4, 75}, {10, 88}, {34, 115},
+      {37, 145}, {31, 175, 1}, {29, 175, 1}, {35, 145}, {32, 117}, {0, 92}};
   sc_use(b, HALL_CLEAR_GLASS);
   if (stem) SC_LATHE(b, 20, wine, 2);
   else SC_LATHE(b, 24, pint, 1);
@@ -737,8 +734,8 @@ static void hall_glass(sc_build *b, bool stem) {
 
 /* A glass that holds something. Its surface ends where the liquid begins; there liquid meets glass. */
 typedef double hall_profile[8][3];
-static void hall_drink(sc_build *b, const hall_profile dry, const hall_profile wet, uint32_t n, uint32_t kind_in_glass,
-                       uint32_t kind) {
+static void hall_drink(
+    sc_build *b, const hall_profile dry, const hall_profile wet, uint32_t n, uint32_t kind_in_glass, uint32_t kind) {
   double level[2][3] = {{0, 0, 1}, {0, 0, 1}};
   level[0][0] = wet[n - 1][0], level[0][1] = level[1][1] = wet[n - 1][1];
   sc_use(b, HALL_TUMBLER);
@@ -749,14 +746,14 @@ static void hall_drink(sc_build *b, const hall_profile dry, const hall_profile w
   sc_lathe_around(b, 0.0, 0.0, 56, (const double(*)[3])level, 2, 1);
 }
 static void hall_whisky(sc_build *b) {
-  static const hall_profile dry = {{0, 0, 1},  {33, 0},      {37, 4},    {40, 50},
-                                   {41.5, 90}, {40.5, 91.2}, {39.3, 90}, {36.6, 40, 1}};
+  static const hall_profile dry = {
+      {0, 0, 1}, {33, 0}, {37, 4}, {40, 50}, {41.5, 90}, {40.5, 91.2}, {39.3, 90}, {36.6, 40, 1}};
   static const hall_profile wet = {{0, 13, 1}, {26, 13.5}, {33, 16}, {34.8, 22}, {36.6, 40, 1}};
   hall_drink(b, dry, wet, 5, HALL_WHISKY_IN_GLASS, HALL_WHISKY);
 }
 static void hall_beer(sc_build *b) {
-  static const hall_profile dry = {{0, 0, 1}, {28, 0},   {31, 4},     {33, 60},
-                                   {41, 146}, {40, 148}, {38.8, 146}, {37.2, 130, 1}};
+  static const hall_profile dry = {
+      {0, 0, 1}, {28, 0}, {31, 4}, {33, 60}, {41, 146}, {40, 148}, {38.8, 146}, {37.2, 130, 1}};
   static const hall_profile wet = {{0, 9, 1}, {24, 9.5}, {28, 14}, {29.5, 60}, {37.2, 130, 1}};
   static const double foam[][3] = {{37.1, 118, 1}, {37.1, 130}, {37.4, 136}, {30, 141}, {12, 142}, {0, 142}};
   hall_drink(b, dry, wet, 5, HALL_BEER_IN_GLASS, HALL_FOAM);
@@ -765,12 +762,11 @@ static void hall_beer(sc_build *b) {
 }
 
 static void hall_stool(sc_build *b) {
-  static const double base[][3] = {{0, 0, 1}, {200, 0, 1}, {205, 6},     {195, 16},    {120, 30},
-                                   {45, 48},  {34, 75},    {30, 110, 1}, {24, 112, 1}, {24, 620, 1},
-                                   {36, 640}, {70, 690},   {110, 705, 1}};
+  static const double base[][3] = {{0, 0, 1}, {200, 0, 1}, {205, 6}, {195, 16}, {120, 30}, {45, 48}, {34, 75},
+      {30, 110, 1}, {24, 112, 1}, {24, 620, 1}, {36, 640}, {70, 690}, {110, 705, 1}};
   static const double seat[][3] = {{0, 715}, {150, 715}, {178, 725}, {184, 750}, {172, 775}, {110, 790}, {0, 793}};
-  static const double band[][3] = {{165, 700, 1}, {180, 700, 1}, {183, 708},
-                                   {180, 722, 1}, {165, 724, 1}, {165, 700, 1}};
+  static const double band[][3] = {
+      {165, 700, 1}, {180, 700, 1}, {183, 708}, {180, 722, 1}, {165, 724, 1}, {165, 700, 1}};
   uint32_t i;
   sc_use(b, HALL_STEEL);
   SC_LATHE(b, 28, base, 2);
@@ -785,16 +781,15 @@ static void hall_stool(sc_build *b) {
 
 /* A bentwood chair, looking to +z. */
 static void hall_chair(sc_build *b) {
-  static const double rim[][3] = {{170, 435, 1}, {198, 435, 1}, {207, 445},   {206, 465},
-                                  {196, 471},    {170, 468, 1}, {170, 435, 1}};
+  static const double rim[][3] = {
+      {170, 435, 1}, {198, 435, 1}, {207, 445}, {206, 465}, {196, 471}, {170, 468, 1}, {170, 435, 1}};
   static const double pad[][3] = {{0, 450, 1}, {172, 450, 1}, {172, 466}, {155, 476}, {100, 482}, {0, 484}};
-  static const double outer[11][3] = {{-0.185, 0, -0.235},   {-0.172, 0.22, -0.20},  {-0.160, 0.44, -0.165},
-                                      {-0.172, 0.62, -0.19}, {-0.168, 0.78, -0.225}, {-0.10, 0.885, -0.25},
-                                      {0.10, 0.885, -0.25},  {0.168, 0.78, -0.225},  {0.172, 0.62, -0.19},
-                                      {0.160, 0.44, -0.165}, {0.172, 0.22, -0.20}};
+  static const double outer[11][3] = {{-0.185, 0, -0.235}, {-0.172, 0.22, -0.20}, {-0.160, 0.44, -0.165},
+      {-0.172, 0.62, -0.19}, {-0.168, 0.78, -0.225}, {-0.10, 0.885, -0.25}, {0.10, 0.885, -0.25}, {0.168, 0.78, -0.225},
+      {0.172, 0.62, -0.19}, {0.160, 0.44, -0.165}, {0.172, 0.22, -0.20}};
   static const double inner[9][3] = {{-0.10, 0.46, -0.175}, {-0.105, 0.58, -0.19}, {-0.10, 0.70, -0.212},
-                                     {-0.06, 0.78, -0.228}, {0.0, 0.805, -0.235},  {0.06, 0.78, -0.228},
-                                     {0.10, 0.70, -0.212},  {0.105, 0.58, -0.19},  {0.10, 0.46, -0.175}};
+      {-0.06, 0.78, -0.228}, {0.0, 0.805, -0.235}, {0.06, 0.78, -0.228}, {0.10, 0.70, -0.212}, {0.105, 0.58, -0.19},
+      {0.10, 0.46, -0.175}};
   sc_v3 p[12];
   int i;
   sc_use(b, HALL_BENTWOOD);
@@ -815,9 +810,8 @@ static void hall_chair(sc_build *b) {
 
 static void hall_cafe_table(sc_build *b) {
   static const double top[][3] = {{0, 715, 1}, {340, 715, 1}, {352, 722}, {352, 735}, {340, 742, 1}, {0, 742, 1}};
-  static const double column[][3] = {{0, 100, 1},  {45, 100}, {50, 140},    {28, 180},    {32, 240},
-                                     {55, 340},    {45, 420}, {26, 500, 1}, {35, 505},    {35, 520, 1},
-                                     {26, 525, 1}, {30, 600}, {60, 690},    {140, 716, 1}};
+  static const double column[][3] = {{0, 100, 1}, {45, 100}, {50, 140}, {28, 180}, {32, 240}, {55, 340}, {45, 420},
+      {26, 500, 1}, {35, 505}, {35, 520, 1}, {26, 525, 1}, {30, 600}, {60, 690}, {140, 716, 1}};
   uint32_t i;
   sc_use(b, HALL_BAR_TOP);
   SC_LATHE(b, 56, top, 2);
@@ -835,8 +829,8 @@ static void hall_cafe_table(sc_build *b) {
 
 /* Beer tap: a column with three handles. */
 static void hall_tap(sc_build *b) {
-  static const double column[][3] = {{0, 0, 1}, {70, 0, 1}, {72, 12},  {50, 25},  {38, 50},
-                                     {36, 250}, {46, 280},  {44, 330}, {25, 360}, {0, 370}};
+  static const double column[][3] = {
+      {0, 0, 1}, {70, 0, 1}, {72, 12}, {50, 25}, {38, 50}, {36, 250}, {46, 280}, {44, 330}, {25, 360}, {0, 370}};
   static const double handle[][3] = {{6, 0, 1}, {7, 30}, {14, 60}, {17, 130}, {12, 170}, {0, 180}};
   int i;
   sc_use(b, HALL_BRASS);
@@ -901,10 +895,10 @@ static void hall_counter(sc_build *b, double w) {
 
 /* Cupboard and shelves with bottles along a wall (z = 0), from x = -w to w. */
 static void hall_back_bar(sc_build *b, double w) {
-  static const double crown[][3] = {{0, 2500, 1},  {12, 2505},    {30, 2540},    {60, 2580},
-                                    {75, 2600, 1}, {85, 2600, 1}, {85, 2640, 1}, {0, 2640, 1}};
-  static const double column[][3] = {{50, 960, 1}, {52, 990},     {45, 1010, 1}, {36, 1020}, {34, 1100},
-                                     {40, 1500},   {32, 2300, 1}, {42, 2310},    {50, 2340}, {50, 2360, 1}};
+  static const double crown[][3] = {
+      {0, 2500, 1}, {12, 2505}, {30, 2540}, {60, 2580}, {75, 2600, 1}, {85, 2600, 1}, {85, 2640, 1}, {0, 2640, 1}};
+  static const double column[][3] = {{50, 960, 1}, {52, 990}, {45, 1010, 1}, {36, 1020}, {34, 1100}, {40, 1500},
+      {32, 2300, 1}, {42, 2310}, {50, 2340}, {50, 2360, 1}};
   static const uint32_t glass[4] = {HALL_GREEN_GLASS, HALL_BROWN_GLASS, HALL_CLEAR_GLASS, HALL_BROWN_GLASS};
   sc_pt path[4] = {{0, 0.01, 1}, {0, 0.42, 1}, {0, 0.42, 1}, {0, 0.01, 1}};
   uint32_t i, k, bays = 4, doors = 8;
@@ -972,8 +966,8 @@ static void hall_cue_rack(sc_build *b, double x, uint32_t cues) {
 
 /* A framed landscape: sky, sun and three ridges, millimetres in front of each other. */
 static void hall_picture(sc_build *b, double x, double y, double w, double h) {
-  static const double frame[][3] = {{70, 0, 1}, {70, 20, 1}, {62, 34},   {50, 38},  {40, 28, 1},
-                                    {18, 18},   {12, 22},    {0, 18, 1}, {-4, 6, 1}};
+  static const double frame[][3] = {
+      {70, 0, 1}, {70, 20, 1}, {62, 34}, {50, 38}, {40, 28, 1}, {18, 18}, {12, 22}, {0, 18, 1}, {-4, 6, 1}};
   static const double sun[][3] = {{50, 0, 1}, {50, 0.5, 1}, {0, 0.5, 1}};
   sc_frame keep = sc_place(b, x, y, 0.0, 0.0);
   uint32_t ridge, i, n = 14;
@@ -987,7 +981,7 @@ static void hall_picture(sc_build *b, double x, double y, double w, double h) {
     sc_use(b, ridge == 0 ? HALL_SLATE : ridge == 1 ? HALL_HILL : HALL_PLANK_3);
     for (i = 0; i <= n; i++) {
       double x1 = w * i / n, y1 = h * (0.5 - 0.16 * ridge + 0.07 * sc_sin(phase + 500.0 * i / n + 130.0 * ridge) +
-                                       0.03 * sc_sin(1300.0 * i / n + phase));
+                                          0.03 * sc_sin(1300.0 * i / n + phase));
       if (i) sc_quad(b, sc_v(x0, 0, z), sc_v(x1, 0, z), sc_v(x1, y1, z), sc_v(x0, y0, z));
       x0 = x1, y0 = y1;
     }
@@ -1016,7 +1010,7 @@ static void hall_dart_board(sc_build *b, double x, double y) {
       for (k = 0; k < 3; k++) {
         double a = 18.0 * i + 6.0 * k - 9.0, d = a + 6.0, r = rings[ring], s = rings[ring + 1];
         sc_quad(b, sc_v(r * sc_cos(a), r * sc_sin(a), 0), sc_v(s * sc_cos(a), s * sc_sin(a), 0),
-                sc_v(s * sc_cos(d), s * sc_sin(d), 0), sc_v(r * sc_cos(d), r * sc_sin(d), 0));
+            sc_v(s * sc_cos(d), s * sc_sin(d), 0), sc_v(r * sc_cos(d), r * sc_sin(d), 0));
       }
     }
   sc_turn_x(b, 90.0);
@@ -1056,9 +1050,8 @@ static const double hall_fans[2][3] = {{9.0, 5.31, 31.0}, {5.0, 3.44, 0.0}}; /* 
 
 /* Ceiling fan with a lamp globe. */
 static void hall_fan(sc_build *b, const double *at, uint32_t globe_kind, uint32_t wood, uint32_t brass) {
-  static const double motor[][3] = {{0, -500, 1}, {50, -500, 1}, {90, -485},    {130, -460},   {140, -420},
-                                    {130, -380},  {80, -345},    {30, -330, 1}, {18, -320, 1}, {18, -70, 1},
-                                    {30, -60},    {60, -30},     {70, 0, 1}};
+  static const double motor[][3] = {{0, -500, 1}, {50, -500, 1}, {90, -485}, {130, -460}, {140, -420}, {130, -380},
+      {80, -345}, {30, -330, 1}, {18, -320, 1}, {18, -70, 1}, {30, -60}, {60, -30}, {70, 0, 1}};
   static const double globe[][3] = {{0, -665}, {50, -655}, {98, -610}, {105, -565}, {85, -520}, {60, -495, 1}};
   static const double blade[][3] = {{0, -4, 1}, {66, -4, 1}, {70, 0}, {66, 4, 1}, {0, 4, 1}};
   sc_frame outer = sc_place(b, at[0], HALL_Y, at[1], at[2]);
@@ -1087,12 +1080,10 @@ static void hall_at(sc_build *b, double x, double y, double z, double yaw, void 
 }
 
 /* Positions of the balls on the two tables in play, in the frame of the bed; number first. */
-static const double hall_play_1[9][3] = {{1, -0.72, -0.30}, {3, -0.14, -0.12},  {8, 0.44, 0.07},
-                                         {11, -0.85, 0.33}, {5, 0.83, -0.36},   {14, 0.63, 0.38},
-                                         {6, -0.33, -0.42}, {15, -1.05, -0.08}, {4, -0.05, 0.05}};
-static const double hall_play_3[10][3] = {{0, 0.55, -0.25},   {7, -0.80, 0.42}, {10, 0.20, 0.40},  {8, -0.30, 0.10},
-                                          {13, -0.95, -0.22}, {2, 0.90, 0.30},  {5, -0.10, -0.40}, {14, 0.35, 0.02},
-                                          {1, -0.55, -0.10},  {12, 1.10, -0.50}};
+static const double hall_play_1[9][3] = {{1, -0.72, -0.30}, {3, -0.14, -0.12}, {8, 0.44, 0.07}, {11, -0.85, 0.33},
+    {5, 0.83, -0.36}, {14, 0.63, 0.38}, {6, -0.33, -0.42}, {15, -1.05, -0.08}, {4, -0.05, 0.05}};
+static const double hall_play_3[10][3] = {{0, 0.55, -0.25}, {7, -0.80, 0.42}, {10, 0.20, 0.40}, {8, -0.30, 0.10},
+    {13, -0.95, -0.22}, {2, 0.90, 0.30}, {5, -0.10, -0.40}, {14, 0.35, 0.02}, {1, -0.55, -0.10}, {12, 1.10, -0.50}};
 
 /* Balls of the first table that move: the cue ball to and fro between the cushions, 9 and 2 in turn between a cushion
    and each other, 12 on its spot like a top. Number, x, and z at time 0; of 9 and 2, z where they meet. */
@@ -1217,7 +1208,7 @@ static void hall_games(sc_build *b) {
 
 static void hall_seats(sc_build *b) {
   static const double chairs[8][3] = {{13.55, 5.0, 100.0}, {14.75, 5.5, 240.0}, {14.3, 4.2, -15.0}, {13.6, 8.2, 80.0},
-                                      {14.9, 8.0, -100.0}, {2.2, 1.0, 60.0},    {3.5, 1.15, -70.0}, {4.9, 0.7, 5.0}};
+      {14.9, 8.0, -100.0}, {2.2, 1.0, 60.0}, {3.5, 1.15, -70.0}, {4.9, 0.7, 5.0}};
   static const double tables[3][2] = {{14.2, 5.0}, {14.25, 8.15}, {2.85, 1.1}};
   uint32_t i;
   for (i = 0; i < 8; i++) hall_at(b, chairs[i][0], 0.0, chairs[i][1], chairs[i][2], hall_chair);
@@ -1279,21 +1270,12 @@ static void hall_coats(sc_build *b) {
   static const struct {
     uint32_t first, last;
     float ior, exponent;
-  } coats[] = {{HALL_PLANK_1, HALL_PLANK_4, 1.5f, 4000},
-               {HALL_PANEL, HALL_PANEL, 1.45f, 60},
-               {HALL_RAIL, HALL_RAIL, 1.5f, 0},
-               {HALL_CARVED, HALL_CARVED, 1.5f, 250},
-               {HALL_LEATHER, HALL_LEATHER, 1.4f, 0},
-               {HALL_IVORY, HALL_BALL_8, 1.55f, 0},
-               {HALL_INK, HALL_INK, 1.55f, 0},
-               {HALL_MOVING, HALL_KINDS - 1, 1.55f, 0},
-               {HALL_MAPLE, HALL_MAPLE, 1.5f, 200},
-               {HALL_ENAMEL, HALL_ENAMEL, 1.55f, 0},
-               {HALL_BAR_TOP, HALL_BAR_TOP, 1.5f, 0},
-               {HALL_SEAT, HALL_BENTWOOD, 1.45f, 40},
-               {HALL_SLATE, HALL_SLATE, 1.5f, 20},
-               {HALL_FAN_WOOD, HALL_FAN_WOOD, 1.5f, 250},
-               {HALL_FAN_2_WOOD, HALL_FAN_2_WOOD, 1.5f, 250}};
+  } coats[] = {{HALL_PLANK_1, HALL_PLANK_4, 1.5f, 4000}, {HALL_PANEL, HALL_PANEL, 1.45f, 60},
+      {HALL_RAIL, HALL_RAIL, 1.5f, 0}, {HALL_CARVED, HALL_CARVED, 1.5f, 250}, {HALL_LEATHER, HALL_LEATHER, 1.4f, 0},
+      {HALL_IVORY, HALL_BALL_8, 1.55f, 0}, {HALL_INK, HALL_INK, 1.55f, 0}, {HALL_MOVING, HALL_KINDS - 1, 1.55f, 0},
+      {HALL_MAPLE, HALL_MAPLE, 1.5f, 200}, {HALL_ENAMEL, HALL_ENAMEL, 1.55f, 0}, {HALL_BAR_TOP, HALL_BAR_TOP, 1.5f, 0},
+      {HALL_SEAT, HALL_BENTWOOD, 1.45f, 40}, {HALL_SLATE, HALL_SLATE, 1.5f, 20},
+      {HALL_FAN_WOOD, HALL_FAN_WOOD, 1.5f, 250}, {HALL_FAN_2_WOOD, HALL_FAN_2_WOOD, 1.5f, 250}};
   uint32_t i, kind;
   for (i = 0; i < SC_COUNT(coats); i++)
     for (kind = coats[i].first; kind <= coats[i].last; kind++) {
@@ -1309,10 +1291,10 @@ static void hall_metals(sc_build *b) {
     uint32_t kind;
     float exponent, ior[3], extinction[3];
   } metals[] = {{HALL_BRASS, 0, {0.45f, 0.53f, 1.10f}, {3.70f, 2.77f, 1.83f}},
-                {HALL_FAN_BRASS, 0, {0.45f, 0.53f, 1.10f}, {3.70f, 2.77f, 1.83f}},
-                {HALL_FAN_2_BRASS, 0, {0.45f, 0.53f, 1.10f}, {3.70f, 2.77f, 1.83f}},
-                {HALL_STEEL, 0, {3.1f, 3.2f, 2.3f}, {3.3f, 3.3f, 3.1f}}, /* chromium */
-                {HALL_GILT, 40, {0.18f, 0.42f, 1.37f}, {3.4f, 2.35f, 1.77f}}};
+      {HALL_FAN_BRASS, 0, {0.45f, 0.53f, 1.10f}, {3.70f, 2.77f, 1.83f}},
+      {HALL_FAN_2_BRASS, 0, {0.45f, 0.53f, 1.10f}, {3.70f, 2.77f, 1.83f}},
+      {HALL_STEEL, 0, {3.1f, 3.2f, 2.3f}, {3.3f, 3.3f, 3.1f}}, /* chromium */
+      {HALL_GILT, 40, {0.18f, 0.42f, 1.37f}, {3.4f, 2.35f, 1.77f}}};
   uint32_t i;
   for (i = 0; i < SC_COUNT(metals); i++) {
     pktrt_material *m = hall_material(b, metals[i].kind);
@@ -1328,14 +1310,10 @@ static void hall_glasses(sc_build *b) {
   static const struct {
     uint32_t kind;
     float ior, absorption[3];
-  } glasses[] = {{HALL_PANE, 1.5f, {0, 0, 0}},
-                 {HALL_CLEAR_GLASS, 1.5f, {1.2f, 0.4f, 0.9f}},
-                 {HALL_TUMBLER, 1.5f, {1.2f, 0.4f, 0.9f}},
-                 {HALL_GREEN_GLASS, 1.42f, {55, 9, 38}},
-                 {HALL_BROWN_GLASS, 1.4f, {8, 26, 90}},
-                 {HALL_WHISKY, 1.35f, {3, 16, 62}},
-                 {HALL_WHISKY_IN_GLASS, 1.35f / 1.5f, {3, 16, 62}},
-                 {HALL_BEER_IN_GLASS, 1.34f / 1.5f, {3, 12, 48}}};
+  } glasses[] = {{HALL_PANE, 1.5f, {0, 0, 0}}, {HALL_CLEAR_GLASS, 1.5f, {1.2f, 0.4f, 0.9f}},
+      {HALL_TUMBLER, 1.5f, {1.2f, 0.4f, 0.9f}}, {HALL_GREEN_GLASS, 1.42f, {55, 9, 38}},
+      {HALL_BROWN_GLASS, 1.4f, {8, 26, 90}}, {HALL_WHISKY, 1.35f, {3, 16, 62}},
+      {HALL_WHISKY_IN_GLASS, 1.35f / 1.5f, {3, 16, 62}}, {HALL_BEER_IN_GLASS, 1.34f / 1.5f, {3, 12, 48}}};
   uint32_t i;
   for (i = 0; i < SC_COUNT(glasses); i++) {
     pktrt_material *m = hall_material(b, glasses[i].kind);
@@ -1407,8 +1385,8 @@ static void hall_uneven_texture(void *user, const pktrt_points *p) {
     sc_v3 at = hall_point(p, i), fine = sc_mul(at, scale[1]);
     at = sc_mul(at, scale[0]);
     sc_tint(p->albedo, i,
-            1.0 + scale[2] * (sc_noise_near(&near[0], at.x, at.y, at.z) +
-                              sc_noise_near(&near[1], fine.x, fine.y, fine.z) - 1.0));
+        1.0 + scale[2] *
+                  (sc_noise_near(&near[0], at.x, at.y, at.z) + sc_noise_near(&near[1], fine.x, fine.y, fine.z) - 1.0));
   }
 }
 

@@ -375,8 +375,8 @@ static rtrt_blob *rtrt_blob_new(rtrt_field *g, double blend) {
   return b;
 }
 
-static void rtrt_ball(rtrt_field *g, const sc_frame *f, double x, double y, double z, double rx, double ry, double rz,
-                      double blend) {
+static void rtrt_ball(
+    rtrt_field *g, const sc_frame *f, double x, double y, double z, double rx, double ry, double rz, double blend) {
   rtrt_blob *b = rtrt_blob_new(g, blend);
   double l;
   uint32_t i;
@@ -511,7 +511,7 @@ static void rtrt_grid_cell(sc_build *b, rtrt_grid *g, uint32_t i, uint32_t j, ui
       if (c & bit || (v[c] < 0.0) == (v[d] < 0.0)) continue;
       t = v[c] / (v[c] - v[d]);
       sum = sc_add(sum, sc_v((c & 1) + (axis == 0 ? t : 0.0), (c >> 1 & 1) + (axis == 1 ? t : 0.0),
-                             (c >> 2) + (axis == 2 ? t : 0.0)));
+                            (c >> 2) + (axis == 2 ? t : 0.0)));
       crossings += 1.0;
     }
   if (crossings == 0.0) return;
@@ -618,7 +618,7 @@ static sc_v3 rtrt_spot(const sc_frame *ball, const sc_frame *aim, double x, doub
 /* A patch on an ellipsoid: an outline in degrees, seen from outside against the clock, star-shaped around (cx, cy). It
    bulges by `lift`; its rim stays above the surface, whose facets would nibble at it. */
 static void rtrt_patch(sc_build *b, const sc_frame *ball, const sc_frame *aim, const sc_pt *p, uint32_t n, double cx,
-                       double cy, double lift, uint32_t rows) {
+    double cy, double lift, uint32_t rows) {
   sc_mark mark = sc_begin(b);
   uint32_t i, j, before = sc_vertex(b, rtrt_spot(ball, aim, cx, cy, lift), sc_v(0, 1, 0)), row;
   for (j = 1; j <= rows; j++, before = row) {
@@ -676,13 +676,13 @@ static void rtrt_pupil(sc_build *b, uint32_t kind, const rtrt_face *f, const sc_
 }
 
 /* Eyeball on the head, its z outwards; then eyelid and brow. */
-static void rtrt_eye(sc_build *b, uint32_t kind, const rtrt_actor *a, const rtrt_face *f, const sc_frame *head,
-                     double side) {
+static void rtrt_eye(
+    sc_build *b, uint32_t kind, const rtrt_actor *a, const rtrt_face *f, const sc_frame *head, double side) {
   sc_frame aim = rtrt_aim(side * f->eye[0], f->eye[1]), eye, lid;
   sc_v3 p[5];
   int i;
   eye.z = sc_unit(rtrt_along(head, aim.z.x / sc_dot(head->x, head->x), aim.z.y / sc_dot(head->y, head->y),
-                             aim.z.z / sc_dot(head->z, head->z)));
+      aim.z.z / sc_dot(head->z, head->z)));
   eye.x = sc_unit(sc_cross(head->y, eye.z));
   eye.y = sc_cross(eye.z, eye.x);
   eye.o = rtrt_spot(head, &aim, 0.0, 0.0, 0.0);
@@ -760,10 +760,10 @@ static void rtrt_hand(rtrt_field *g, const rtrt_actor *a, const rtrt_rig *r, uin
   int i;
   rtrt_ball(g, f, 0, 0, 0, 0.052 * fat, 0.056 * fat, 0.040 * fat, k);
   rtrt_rod(g, f, sc_v(0.035 * in, -0.01, 0), sc_v(0.078 * in * fat, 0.040 * fat, 0.012), 0.022 * fat * s,
-           0.020 * fat * s, k);
+      0.020 * fat * s, k);
   for (i = -1; i <= 1; i++)
     rtrt_rod(g, f, sc_v(0.028 * i, 0.03, 0), sc_v(0.047 * i * fat, (i ? 0.098 : 0.112) * fat, 0.008), 0.021 * fat * s,
-             0.020 * fat * s, 0.014 * s);
+        0.020 * fat * s, 0.014 * s);
   rtrt_ball(g, f, 0, -0.058, 0, cuff, 0.018, cuff, 0.008 * s);
 }
 
@@ -1016,9 +1016,8 @@ static void rtrt_mirror_ball(sc_build *b, double x, double y, double z, double r
 
 /* A bowl of sweets. */
 static void rtrt_bowl(sc_build *b, double x, double z) {
-  static const double bowl[][3] = {{0, 0, 1},  {95, 0, 1}, {104, 4},   {104, 10},  {70, 18},   {40, 30},
-                                   {48, 42},   {110, 62},  {170, 110}, {204, 170}, {214, 226}, {209, 232},
-                                   {203, 226}, {192, 172}, {158, 116}, {104, 74},  {52, 56},   {0, 52}};
+  static const double bowl[][3] = {{0, 0, 1}, {95, 0, 1}, {104, 4}, {104, 10}, {70, 18}, {40, 30}, {48, 42}, {110, 62},
+      {170, 110}, {204, 170}, {214, 226}, {209, 232}, {203, 226}, {192, 172}, {158, 116}, {104, 74}, {52, 56}, {0, 52}};
   static const double ring[3][3] = {{0.0, 0.096, 1}, {0.078, 0.104, 6}, {0.105, 0.165, 9}};
   sc_frame keep = sc_place(b, x, 0.0, z, 0.0);
   uint32_t i, k, n = 0;
@@ -1051,13 +1050,13 @@ static void rtrt_house(sc_build *b) {
   for (i = 0; i < n; i++) {
     double a = 180.0 * i / n, c = 180.0 * (i + 1) / n, r = 9.0;
     sc_quad(b, sc_v(r * sc_cos(a), 0, r * sc_sin(a)), sc_v(r * sc_cos(c), 0, r * sc_sin(c)),
-            sc_v(r * sc_cos(c), 7.0, r * sc_sin(c)), sc_v(r * sc_cos(a), 7.0, r * sc_sin(a)));
+        sc_v(r * sc_cos(c), 7.0, r * sc_sin(c)), sc_v(r * sc_cos(a), 7.0, r * sc_sin(a)));
   }
 }
 
 static void rtrt_balloon(sc_build *b, uint32_t kind, double x, double y, double z, double radius, double tilt) {
   static const double skin[][3] = {{0, -1140}, {90, -1130}, {40, -1070}, {240, -950}, {560, -700}, {850, -320},
-                                   {985, 60},  {930, 480},  {690, 810},  {350, 980},  {0, 1030}};
+      {985, 60}, {930, 480}, {690, 810}, {350, 980}, {0, 1030}};
   sc_frame keep = sc_place(b, x, y, z, 0.0);
   sc_v3 p[4];
   sc_turn_z(b, tilt);

@@ -314,8 +314,8 @@ typedef struct sc_pt {
 #define SC_COUNT(a) ((uint32_t)(sizeof(a) / sizeof((a)[0])))
 #define SC_MAX_POINTS 192u
 
-static double sc_spline(double a, double p, double q, double d,
-                        double t) { /* Catmull-Rom from p (t = 0) to q (t = 1) */
+static double sc_spline(
+    double a, double p, double q, double d, double t) { /* Catmull-Rom from p (t = 0) to q (t = 1) */
   return 0.5 * (2 * p + t * (q - a + t * (2 * a - 5 * p + 4 * q - d + t * (3 * p - a - 3 * q + d))));
 }
 
@@ -340,11 +340,11 @@ static uint32_t sc_round(const double (*p)[3], uint32_t n, uint32_t sub, sc_pt *
   return count;
 }
 
-/* The surface that a profile draws on its way through the frames; it faces along dprofile x dpath. `ring`: the path
+/* The surface that a profile draws on its way through the frames; it faces along `dprofile x dpath`. `ring`: the path
    closes; `loop`: the profile closes, without corners. Where the profile's x is 0, each `pole` frames in a row share
    a vertex. */
 static void sc_sweep(sc_build *b, const sc_frame *f, uint32_t frames, bool ring, const sc_pt *p, uint32_t points,
-                     bool loop, uint32_t pole) {
+    bool loop, uint32_t pole) {
   uint32_t begin = 0, end, i, j, last = ring ? frames : frames - 1;
   while (begin + 1 < points) {
     uint32_t row[SC_MAX_POINTS + 1];
@@ -370,8 +370,8 @@ static void sc_sweep(sc_build *b, const sc_frame *f, uint32_t frames, bool ring,
 }
 
 /* Turns a profile (radius, height) around y, or rather around a rectangle of half extents hx, hz: a rounded slab. */
-static void sc_lathe_around(sc_build *b, double hx, double hz, uint32_t segments, const double (*p)[3], uint32_t n,
-                            uint32_t sub) {
+static void sc_lathe_around(
+    sc_build *b, double hx, double hz, uint32_t segments, const double (*p)[3], uint32_t n, uint32_t sub) {
   sc_frame f[160];
   sc_pt round[SC_MAX_POINTS];
   bool slab = hx > 0.0 || hz > 0.0;
@@ -397,8 +397,8 @@ static void sc_lathe_around(sc_build *b, double hx, double hz, uint32_t segments
 
 /* A round bar along a curve through the points, thinning from radius r0 to r1; closed like a ring, or with flat
    ends. */
-static void sc_tube(sc_build *b, const sc_v3 *p, uint32_t n, uint32_t sub, bool closed, double r0, double r1,
-                    uint32_t sides) {
+static void sc_tube(
+    sc_build *b, const sc_v3 *p, uint32_t n, uint32_t sub, bool closed, double r0, double r1, uint32_t sides) {
   sc_frame f[SC_MAX_POINTS];
   sc_pt circle[32];
   sc_v3 c[SC_MAX_POINTS], x = sc_v(0.0, 0.0, 0.0);
@@ -441,8 +441,8 @@ static void sc_rod(sc_build *b, sc_v3 from, sc_v3 to, double radius, uint32_t si
   p[0] = from, p[1] = to;
   sc_tube(b, p, 2, 1, false, radius, radius, sides);
 }
-static void sc_torus(sc_build *b, double y, double radius, double thick, uint32_t around,
-                     uint32_t sides) { /* flat on y */
+static void sc_torus(
+    sc_build *b, double y, double radius, double thick, uint32_t around, uint32_t sides) { /* flat on y */
   sc_v3 p[96];
   uint32_t i;
   around = sc_segments(b, around);
@@ -453,8 +453,8 @@ static void sc_torus(sc_build *b, double y, double radius, double thick, uint32_
 
 /* A profile (distance to the left of the path, height) along straight stretches with mitred corners. The path lies
    in the plane y = 0, its points are (x, z); seen from above, clockwise puts the profile outside. */
-static void sc_moulding(sc_build *b, const sc_pt *path, uint32_t n, bool closed, const double (*p)[3], uint32_t points,
-                        uint32_t sub) {
+static void sc_moulding(
+    sc_build *b, const sc_pt *path, uint32_t n, bool closed, const double (*p)[3], uint32_t points, uint32_t sub) {
   sc_pt round[SC_MAX_POINTS];
   uint32_t count = sc_round(p, points, sub, round), i, k;
   for (i = 0; i + (closed ? 0 : 1) < n; i++) {
@@ -475,8 +475,8 @@ static void sc_moulding(sc_build *b, const sc_pt *path, uint32_t n, bool closed,
 }
 
 /* A moulding around a rectangle that stands in the plane z = 0, seen from +z; heights of the profile become z. */
-static void sc_border(sc_build *b, double x0, double y0, double x1, double y1, const double (*p)[3], uint32_t points,
-                      uint32_t sub) {
+static void sc_border(
+    sc_build *b, double x0, double y0, double x1, double y1, const double (*p)[3], uint32_t points, uint32_t sub) {
   sc_pt path[4] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
   sc_frame keep = b->at;
   path[0].x = path[3].x = x1, path[1].x = path[2].x = x0;
@@ -540,7 +540,7 @@ static void sc_cap(sc_build *b, const sc_frame *f, const sc_pt *p, uint32_t n, d
 /* Straight bar of a star-shaped cross-section (out, up) from x0 to x1, along -x so that "out" is +z; ends are
    sheared by k0, k1 metres of x per metre outwards. */
 static void sc_prism(sc_build *b, const double (*p)[3], uint32_t n, uint32_t sub, double x0, double k0, double x1,
-                     double k1, double cx, double cy) {
+    double k1, double cx, double cy) {
   sc_pt round[SC_MAX_POINTS];
   sc_frame f[2];
   uint32_t count = sc_round(p, n, sub, round);
@@ -573,7 +573,7 @@ static void sc_sphere_band(sc_build *b, double radius, double from, double to, u
 /* A surface z(x, y) over a rectangle, seen from +z. */
 typedef double (*sc_height)(double x, double y, const void *context);
 static void sc_heights(sc_build *b, double x0, double y0, double x1, double y1, uint32_t nx, uint32_t ny, sc_height z,
-                       const void *context) {
+    const void *context) {
   sc_mark mark = sc_begin(b);
   uint32_t i, j;
   for (j = 0; j <= ny; j++)
@@ -666,8 +666,8 @@ static double sc_noise(double x, double y, double z) {
 
 /* Brightness of wood relative to its mean: year rings, seen as lines that wander along the grain and end in a dark
    edge, and fibres. Metres along the grain and across it, both ways. `contrast`: 1 for 0.7 to 1.2. */
-static double sc_wood(sc_corners near[2], double along, double across, double deep, double rings_per_metre,
-                      double contrast) {
+static double sc_wood(
+    sc_corners near[2], double along, double across, double deep, double rings_per_metre, double contrast) {
   double wander = sc_noise_near(&near[0], along * 0.9, across * 4.0, deep * 4.0), ring, fibre;
   wander += 0.3 * sc_noise_near(&near[1], along * 3.0, across * 11.0, deep * 11.0);
   ring = across * rings_per_metre + 6.0 * wander;
@@ -858,7 +858,7 @@ static float *sc_poses(const scene *s, const scene_mesh *m, double time, double 
 
 /* What the library is told of a mesh; *room receives its poses, to be freed, if it deforms. */
 static pktrt_status sc_describe(const scene *s, const scene_mesh *m, uint32_t material, double time, double shutter,
-                                pktrt_mesh_desc *d, float **room) {
+    pktrt_mesh_desc *d, float **room) {
   memset(d, 0, sizeof *d);
   d->positions = m->positions;
   d->normals = m->normals;

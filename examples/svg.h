@@ -24,7 +24,7 @@ EX_UNUSED static bool svg_begin(svg *s, const char *path, double width, double h
   s->file = fopen(path, "wb");
   if (!s->file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
   fprintf(s->file, "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" viewBox=\"0 0 %g %g\" ", width,
-          height, width, height);
+      height, width, height);
   fprintf(s->file, "font-family=\"sans-serif\">\n<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n");
   return true;
 }
@@ -39,12 +39,12 @@ EX_UNUSED static bool svg_end(svg *s) {
 /* Corners in any order. */
 EX_UNUSED static void svg_box(svg *s, double x0, double y0, double x1, double y1, const char *fill, const char *line) {
   fprintf(s->file, "<rect x=\"%.4g\" y=\"%.4g\" width=\"%.4g\" height=\"%.4g\" fill=\"%s\" stroke=\"%s\"/>\n",
-          fmin(x0, x1), fmin(y0, y1), fabs(x1 - x0), fabs(y1 - y0), fill ? fill : "none", line ? line : "none");
+      fmin(x0, x1), fmin(y0, y1), fabs(x1 - x0), fabs(y1 - y0), fill ? fill : "none", line ? line : "none");
 }
 
 EX_UNUSED static void svg_line(svg *s, double x0, double y0, double x1, double y1, const char *colour, double width) {
-  fprintf(s->file, "<path d=\"M%.4g %.4gL%.4g %.4g\" stroke=\"%s\" stroke-width=\"%g\"/>\n", x0, y0, x1, y1, colour,
-          width);
+  fprintf(
+      s->file, "<path d=\"M%.4g %.4gL%.4g %.4g\" stroke=\"%s\" stroke-width=\"%g\"/>\n", x0, y0, x1, y1, colour, width);
 }
 
 EX_UNUSED static void svg_dot(svg *s, double x, double y, double radius, const char *colour) {
@@ -61,15 +61,15 @@ EX_UNUSED static void svg_ray(svg *s, double x0, double y0, double x1, double y1
 
 /* A bar of n cells in a frame; those from first to last, both included, are filled. first > last: none. */
 EX_UNUSED static void svg_range(svg *s, double x, double y, double width, double height, unsigned first, unsigned last,
-                                unsigned n, const char *colour) {
+    unsigned n, const char *colour) {
   const double cell = width / n;
   if (first <= last) svg_box(s, x + cell * first, y, x + cell * (last + 1), y + height, colour, NULL);
   svg_box(s, x, y, x + width, y + height, NULL, "#888");
 }
 
 /* The base line at y; what SVG would take for its own is escaped. */
-EX_UNUSED EX_PRINTF(6, 7) static void svg_text(svg *s, double x, double y, double size, int anchor, const char *format,
-                                               ...) {
+EX_UNUSED EX_PRINTF(6, 7) static void svg_text(
+    svg *s, double x, double y, double size, int anchor, const char *format, ...) {
   static const char *const anchors[] = {"start", "middle", "end"};
   char text[512];
   va_list args;

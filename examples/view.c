@@ -136,18 +136,12 @@ static bool parse_option(options *o, int option, const char *text) {
 
 static bool parse_options(options *o, int argc, char **argv) {
   static const struct option list[] = {{"scene", required_argument, NULL, OPT_SCENE},
-                                       {"mode", required_argument, NULL, OPT_MODE},
-                                       {"size", required_argument, NULL, OPT_SIZE},
-                                       {"spp", required_argument, NULL, OPT_SPP},
-                                       {"passes", required_argument, NULL, OPT_PASSES},
-                                       {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
-                                       {"adaptive", no_argument, NULL, OPT_ADAPTIVE},
-                                       {"sampler", required_argument, NULL, OPT_SAMPLER},
-                                       {"path", required_argument, NULL, OPT_PATH},
-                                       {"packet", required_argument, NULL, OPT_PACKET},
-                                       {"threads", required_argument, NULL, OPT_THREADS},
-                                       {"help", no_argument, NULL, 'h'},
-                                       {NULL, 0, NULL, 0}};
+      {"mode", required_argument, NULL, OPT_MODE}, {"size", required_argument, NULL, OPT_SIZE},
+      {"spp", required_argument, NULL, OPT_SPP}, {"passes", required_argument, NULL, OPT_PASSES},
+      {"target-error", required_argument, NULL, OPT_TARGET_ERROR}, {"adaptive", no_argument, NULL, OPT_ADAPTIVE},
+      {"sampler", required_argument, NULL, OPT_SAMPLER}, {"path", required_argument, NULL, OPT_PATH},
+      {"packet", required_argument, NULL, OPT_PACKET}, {"threads", required_argument, NULL, OPT_THREADS},
+      {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->scene = "rtrt", o->output = "view.png";
   o->width = 640, o->height = 480, o->samples = 2, o->passes = 128;
@@ -281,7 +275,7 @@ static bool open_window(viewer *v) {
   if (SDL_Init(SDL_INIT_VIDEO) != 0) return sdl_failed("no window");
   v->main_thread = SDL_ThreadID();
   v->window = SDL_CreateWindow("pktrt", SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, (int)v->given.width,
-                               (int)v->given.height, SDL_WINDOW_RESIZABLE);
+      (int)v->given.height, SDL_WINDOW_RESIZABLE);
   if (!v->window) return sdl_failed("no window");
   v->renderer = SDL_CreateRenderer(v->window, -1, 0);
   return v->renderer ? fit_window(v) : sdl_failed("no window");
@@ -318,19 +312,18 @@ static void show_title(viewer *v) {
   char text[256], error[32] = "-";
   if (v->refining && v->report.rmse < INFINITY) snprintf(error, sizeof error, "%.5f", v->report.rmse);
   snprintf(text, sizeof text,
-           "%s %s%s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
-           "time %.2f",
-           seen_name(v), mode_words[s->mode], s->heat ? heat_titles[s->heat - 1] : "",
-           v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
-           v->refining ? v->report.samples_mean
-           : s->filter ? 4.0
-                       : 1.0,
-           s->adaptive ? " adaptive" : "", s->filter ? " filter" : "",
-           v->done        ? ", done"
-           : v->animating ? ", moving"
-                          : "",
-           s->packet, path_words[s->path], sampler_words()[s->sampler], (double)s->camera.aperture, s->shutter,
-           s->time);
+      "%s %s%s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
+      "time %.2f",
+      seen_name(v), mode_words[s->mode], s->heat ? heat_titles[s->heat - 1] : "",
+      v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
+      v->refining ? v->report.samples_mean
+      : s->filter ? 4.0
+                  : 1.0,
+      s->adaptive ? " adaptive" : "", s->filter ? " filter" : "",
+      v->done        ? ", done"
+      : v->animating ? ", moving"
+                     : "",
+      s->packet, path_words[s->path], sampler_words()[s->sampler], (double)s->camera.aperture, s->shutter, s->time);
   SDL_SetWindowTitle(v->window, text);
   v->titled_at = ex_seconds();
 }
@@ -352,8 +345,8 @@ static bool show_picture(viewer *v, unsigned width, unsigned height) {
     shown.width = width, shown.height = height;
     v->exposure = mesh_view_exposure(&shown, v->pixels);
   }
-  pktrt_to_srgb8(v->now.heat ? v->heat : v->pixels, n, v->now.heat ? 0 : (float)v->exposure, PKTRT_TONE_CLAMP,
-                 v->codes);
+  pktrt_to_srgb8(
+      v->now.heat ? v->heat : v->pixels, n, v->now.heat ? 0 : (float)v->exposure, PKTRT_TONE_CLAMP, v->codes);
   v->shown_width = width, v->shown_height = height;
   if (SDL_UpdateTexture(v->texture, &part, v->codes, (int)width * 3) != 0) return sdl_failed("the window's picture");
   present(v);

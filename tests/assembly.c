@@ -53,7 +53,7 @@ static void log_line(packet_log *l, char *line, size_t size) {
 static pktrt_scene *sixteen(const char *letters, const uint32_t order[16]) {
   pktrt_scene *s = stage_open();
   pktrt_material m[4] = {material_of(0.8, PKTRT_SPECULAR_NONE, 0), material_of(0.5, PKTRT_SPECULAR_MIRROR, 0.4),
-                         material_of(0, PKTRT_SPECULAR_CONDUCTOR, 0), material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0)};
+      material_of(0, PKTRT_SPECULAR_CONDUCTOR, 0), material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0)};
   uint32_t index[4];
   for (int k = 0; k < 3; k++) m[2].ior[k] = 1.4f, m[2].extinction[k] = 3;
   for (int i = 0; i < 4; i++) index[i] = stage_material(s, &m[i]);
@@ -104,10 +104,10 @@ static const struct {
     {PKTRT_ASSEMBLY_RUNS, "reflection 11 12; reflection 13 14 15 16; reflection 5 6; reflection 7 8; reflection 9 10; "
                           "refraction 13 14 15 16; refraction 9 10; shadow 1 2 3 4; shadow 5 6"},
     {PKTRT_ASSEMBLY_MATERIALS,
-     "reflection 5 6; reflection 7 8 11 12; reflection 9 10 13 14 15 16; refraction 9 10 13 14 15 16; "
-     "shadow 1 2 3 4; shadow 5 6"},
+        "reflection 5 6; reflection 7 8 11 12; reflection 9 10 13 14 15 16; refraction 9 10 13 14 15 16; "
+        "shadow 1 2 3 4; shadow 5 6"},
     {PKTRT_ASSEMBLY_RAY_TYPES,
-     "reflection 5 6 7 8 9 10 11 12 13 14 15 16; refraction 9 10 13 14 15 16; shadow 1 2 3 4 5 6"},
+        "reflection 5 6 7 8 9 10 11 12 13 14 15 16; refraction 9 10 13 14 15 16; shadow 1 2 3 4 5 6"},
 };
 
 static void figure_3(void) {
@@ -121,7 +121,7 @@ static void figure_3(void) {
       trace_sixteen(s, (pktrt_path)path, listed[i].assembly, &log);
       log_line(&log, line, sizeof line);
       CHECK(strcmp(line, listed[i].packets) == 0, "path %d, assembly %d:\n      %s, not\n      %s", path,
-            (int)listed[i].assembly, line, listed[i].packets);
+          (int)listed[i].assembly, line, listed[i].packets);
       CHECK(log.rays == 24, "6 shadow, 12 reflection and 6 refraction rays: %u", log.rays);
       trace_sixteen(other, (pktrt_path)path, listed[i].assembly, &log);
       log_line(&log, line, sizeof line);
@@ -131,13 +131,13 @@ static void figure_3(void) {
     trace_sixteen(s, (pktrt_path)path, PKTRT_ASSEMBLY_NONE, &log);
     log_line(&log, line, sizeof line);
     CHECK(log.packets == 24 && log.rays == 24 && strncmp(line, "reflection 10; reflection 11; ", 30) == 0,
-          "path %d, none: %u packets: %s", path, log.packets, line);
+        "path %d, none: %u packets: %s", path, log.packets, line);
     trace_sixteen(s, (pktrt_path)path, PKTRT_ASSEMBLY_BLIND, &log);
     log_line(&log, line, sizeof line);
     const char *numbers = strchr(line, ' ');
     CHECK(log.packets == 1 && log.rays == 24 && numbers, "path %d, blind: %u packets: %s", path, log.packets, line);
     CHECK(numbers && strcmp(numbers, " 1 2 3 4 5 5 6 6 7 8 9 9 10 10 11 12 13 13 14 14 15 15 16 16") == 0,
-          "path %d, blind:%s", path, numbers);
+        "path %d, blind:%s", path, numbers);
     pktrt_scene_destroy(s), pktrt_scene_destroy(other);
   }
 }
@@ -199,7 +199,7 @@ static void all_octants(void) {
       stage_render(s, &d);
       log_line(&log, line, sizeof line);
       CHECK(log.rays == 16 && log.packets == (octants ? 8 : 1), "path %d: %u rays in %u packets: %s", path, log.rays,
-            log.packets, line);
+          log.packets, line);
     }
   }
   pktrt_scene_destroy(s);
@@ -229,7 +229,7 @@ static void shadows_together(void) {
       stage_render(s, &d);
       log_line(&log, line, sizeof line);
       CHECK(log.rays == 48 && log.packets == (together ? 1 : 3) && log.largest == (together ? 48 : 16),
-            "path %d: %u rays in %u packets: %s", path, log.rays, log.packets, line);
+          "path %d: %u rays in %u packets: %s", path, log.rays, log.packets, line);
     }
   }
   pktrt_scene_destroy(s);
@@ -253,7 +253,7 @@ static void waves_of_packets(void) {
       stage_render(s, &d);
       const uint32_t want = path == PKTRT_PATH_PAPER ? edge * edge : 256;
       CHECK(log.rays == N * N && log.largest == want, "path %d, packets of %u x %u: %u rays, up to %llu together", path,
-            edge, edge, log.rays, (unsigned long long)log.largest);
+          edge, edge, log.rays, (unsigned long long)log.largest);
     }
   }
   pktrt_scene_destroy(s);
@@ -267,7 +267,7 @@ static pktrt_scene *busy(int workers) {
   pktrt_scene *s = pktrt_scene_create(&sd);
   if (!CHECK(s != NULL)) abort();
   pktrt_material m[4] = {material_of(0.5, PKTRT_SPECULAR_MIRROR, 0.3), material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0),
-                         material_of(0.5, PKTRT_SPECULAR_COAT, 0), material_of(0.6, PKTRT_SPECULAR_NONE, 0)};
+      material_of(0.5, PKTRT_SPECULAR_COAT, 0), material_of(0.6, PKTRT_SPECULAR_NONE, 0)};
   mesh ball = mesh_sphere(3, 0, 1), box = mesh_box(), soup = mesh_soup(60, 0.4f, 5);
   quad floor = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 6), vec_of(6, 0, 0));
   mesh_shift(&ball, 1.2f, 0, 0), mesh_place(&box, (float[3]){0.5f, 0.5f, 0.5f}, (float[3]){-1.2f, -0.4f, 0.5f});
@@ -313,27 +313,27 @@ static void no_ray_lost(void) {
         for (int k = 0; k < 8; k++) {
           all += log.by[t][k], of_type += log.by[t][k];
           CHECK(i == PKTRT_ASSEMBLY_BLIND || log.by[t][k] == want[t][k],
-                "path %d, assembly %d, type %d, depth %d: %llu rays, not %llu", path, i, t, k,
-                (unsigned long long)log.by[t][k], (unsigned long long)want[t][k]);
+              "path %d, assembly %d, type %d, depth %d: %llu rays, not %llu", path, i, t, k,
+              (unsigned long long)log.by[t][k], (unsigned long long)want[t][k]);
         }
         counted += stats.by_type[t].rays;
         CHECK(i == PKTRT_ASSEMBLY_BLIND || of_type == stats.by_type[t].rays,
-              "path %d, assembly %d, type %d: %llu in packets, %llu counted", path, i, t, (unsigned long long)of_type,
-              (unsigned long long)stats.by_type[t].rays);
+            "path %d, assembly %d, type %d: %llu in packets, %llu counted", path, i, t, (unsigned long long)of_type,
+            (unsigned long long)stats.by_type[t].rays);
       }
       for (int k = 0; k < 8; k++) {
         uint64_t packets = 0, wanted = 0;
         for (int t = 0; t < PKTRT_RAY_TYPE_COUNT; t++) packets += log.by[t][k], wanted += want[t][k];
         CHECK(packets == wanted && packets == stats.by_depth[k].rays,
-              "path %d, assembly %d, depth %d: %llu rays, %llu counted", path, i, k, (unsigned long long)packets,
-              (unsigned long long)stats.by_depth[k].rays);
+            "path %d, assembly %d, depth %d: %llu rays, %llu counted", path, i, k, (unsigned long long)packets,
+            (unsigned long long)stats.by_depth[k].rays);
       }
       CHECK(all == counted && all > 3 * N * N && stats.samples == N * N &&
             stats.by_type[PKTRT_RAY_PRIMARY].rays == N * N);
       CHECK(stats.tree_depth == tree_depth && tree_depth > N * N / 2 && tree_depth < 6 * N * N, "%llu",
-            (unsigned long long)stats.tree_depth);
+          (unsigned long long)stats.tree_depth);
       CHECK((log.largest == 1) == (i == PKTRT_ASSEMBLY_NONE) || log.largest >= 16,
-            "path %d, assembly %d: packets of up to %llu", path, i, (unsigned long long)log.largest);
+          "path %d, assembly %d: packets of up to %llu", path, i, (unsigned long long)log.largest);
       if (path == 1 && i == 0)
         say("%llu rays for %d samples, mean depth of the tree %.2f", (unsigned long long)all, N * N,
             (double)tree_depth / (N * N));
@@ -362,7 +362,7 @@ static void full_waves(void) {
     d.assembly = (pktrt_assembly)i, d.stats = &stats, d.attenuation = -1;
     stage_render(s, &d);
     CHECK(stats.by_depth[1].rays == N * N && stats.by_depth[3].rays == N * N, "assembly %d: %llu, %llu rays", i,
-          (unsigned long long)stats.by_depth[1].rays, (unsigned long long)stats.by_depth[3].rays);
+        (unsigned long long)stats.by_depth[1].rays, (unsigned long long)stats.by_depth[3].rays);
     CHECK(!i || memcmp(got, want, N * N * 3 * sizeof *got) == 0, "assembly %d", i);
   }
   pktrt_scene_destroy(s);
@@ -386,14 +386,14 @@ static void counts_of_threads(void) {
     if (i % 3 == 0) want = stats;
     for (int k = 0; k < PKTRT_RAY_TYPE_COUNT; k++) {
       CHECK(stats.by_type[k].rays == want.by_type[k].rays && stats.by_type[k].hits == want.by_type[k].hits,
-            "case %d, type %d", i, k);
+          "case %d, type %d", i, k);
     }
     for (int k = 0; k < PKTRT_MAX_DEPTH + 2; k++) {
       CHECK(stats.by_depth[k].rays == want.by_depth[k].rays && stats.by_depth[k].hits == want.by_depth[k].hits,
-            "case %d, depth %d", i, k);
+          "case %d, depth %d", i, k);
     }
-    CHECK(stats.samples == 2 * N * N && stats.tree_depth == want.tree_depth && want.by_depth[2].rays > 100, "case %d",
-          i);
+    CHECK(
+        stats.samples == 2 * N * N && stats.tree_depth == want.tree_depth && want.by_depth[2].rays > 100, "case %d", i);
     stage_render(s, &d); /* added to, never reset */
     CHECK(stats.samples == 4 * N * N && stats.by_depth[2].rays == 2 * want.by_depth[2].rays &&
           stats.tree_depth == 2 * want.tree_depth);
@@ -435,7 +435,7 @@ static void n_in_n_out(void) {
         uint64_t in = stats.by_depth[k].hits, out = stats.by_depth[k + 1].rays;
         bool one = way == CHOOSE || (way == FIRST && k > 0);
         CHECK(one ? in == out : in <= out && out <= 2 * in, "mode %d, way %d, depth %d: %llu rays hit, %llu go on",
-              mode, way, k, (unsigned long long)in, (unsigned long long)out);
+            mode, way, k, (unsigned long long)in, (unsigned long long)out);
         more += out > in;
       }
       CHECK(way == CHOOSE ? more == 0 : way == FIRST ? more == 1 : more >= 3, "the control: branching sends more");
@@ -465,7 +465,7 @@ static void branching_mean(void) {
       const estimate *one = &e[1 + k / 3];
       double error = sqrt(e->error[k % 3] * e->error[k % 3] + one->error[k % 3] * one->error[k % 3]);
       CHECK(fabs(e->mean[k % 3] - one->mean[k % 3]) <= 4 * error + 1e-5, "part %d: both %.5f, way %d %.5f, +- %.5f",
-            part, e->mean[k % 3], 1 + k / 3, one->mean[k % 3], error);
+          part, e->mean[k % 3], 1 + k / 3, one->mean[k % 3], error);
       CHECK(error < 0.02 * e->mean[k % 3], "part %d: precise: %.5f +- %.5f", part, e->mean[k % 3], error);
     }
   }
@@ -515,10 +515,10 @@ static void adaptive_splitting(void) {
       const uint64_t pilots = 2 * SAMPLES * N * N, in = stats.by_depth[0].hits, out = stats.by_depth[1].rays;
       say("%s, %s: %llu rays from %llu", alike ? "alike" : "different", way ? "choosing" : "as passes find",
           (unsigned long long)out, (unsigned long long)in);
-      CHECK(in == stats.samples && out == (way     ? in
-                                           : alike ? in + pilots
-                                                   : 2 * in),
-            "%llu rays from %llu", (unsigned long long)out, (unsigned long long)in);
+      CHECK(in == stats.samples && out == (way        ? in
+                                              : alike ? in + pilots
+                                                      : 2 * in),
+          "%llu rays from %llu", (unsigned long long)out, (unsigned long long)in);
     }
     pktrt_scene_destroy(s);
   }
@@ -562,7 +562,7 @@ static void depth_limit(void) {
       double got = bounces(s, (pktrt_mode)mode, max_depth, -1, &depth);
       CHECK(depth == want, "max_depth %u: %llu bounces", max_depth, (unsigned long long)depth);
       CHECK(fabs(got - series((double)0.75f, want)) < 2e-6, "max_depth %u: %.8f, not %.8f", max_depth, got,
-            series(0.75, want));
+          series(0.75, want));
       CHECK(want > 4 || fabs(got - series(0.75, want + 1)) > 1e-3, "the control: one more would show");
     }
   }
@@ -582,11 +582,11 @@ static void attenuation(void) {
       double got = bounces(s, (pktrt_mode)mode, 50, c[i].setting, &depth), unseen = 0.25 / (1 - 0.6);
       double threshold = c[i].setting == 0 ? 1 / 256. : (double)c[i].setting;
       CHECK(depth == c[i].depth, "attenuation %g: %llu bounces, not %llu", (double)c[i].setting,
-            (unsigned long long)depth, (unsigned long long)c[i].depth);
+          (unsigned long long)depth, (unsigned long long)c[i].depth);
       CHECK(fabs(got - series((double)0.6f, c[i].depth)) < 2e-6, "attenuation %g: %.8f", (double)c[i].setting, got);
       if (threshold > 0)
         CHECK(got < full && full - got < threshold * unseen, "attenuation %g: darker by %g", (double)c[i].setting,
-              full - got);
+            full - got);
       else CHECK(got == full);
     }
   }

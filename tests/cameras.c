@@ -45,9 +45,9 @@ static void parallel_rays(void) {
     CHECK(pktrt_camera_ray(&c, W, H, i % W + 0.5, i / W + 0.5, NULL, 0, &r), "pixel %d", i);
     for (int a = 0; a < 3; a++)
       CHECK(r.origin[a] == want[a] && r.direction[a] == ahead[a], "pixel %d, axis %d: from %g, not %g, to %g", i, a,
-            (double)r.origin[a], (double)want[a], (double)r.direction[a]);
+          (double)r.origin[a], (double)want[a], (double)r.direction[a]);
     CHECK(pktrt_intersect(s, &r, &h) && h.mesh == 0 && h.t == 9, "pixel %d: mesh %u at %g", i, (unsigned)h.mesh,
-          (double)h.t);
+        (double)h.t);
   }
   pktrt_scene_destroy(s);
 }
@@ -96,8 +96,8 @@ static void rays_are_the_renderers(void) {
         d.camera = c, d.depth = depth, d.path = (pktrt_path)path, d.packet_size = size;
         stage_render(s, &d);
         for (int i = 0; i < W * H; i++) same += same_bits(&depth[i], &want[i], sizeof *want);
-        CHECK(same == W * H, "camera %d, path %d, packets of %u: %zu of %d pixels", k, path, (unsigned)size, same,
-              W * H);
+        CHECK(
+            same == W * H, "camera %d, path %d, packets of %u: %zu of %d pixels", k, path, (unsigned)size, same, W * H);
       }
     pktrt_scene_destroy(s);
     world_free(&w);
@@ -118,7 +118,7 @@ static void shifts_of_whole_pixels(void) {
         CHECK(same_bits(&r, &q, sizeof r), "%u pixels, shift %d, projection %d", (unsigned)width, k, parallel);
         shifted.shift[0] += 0.125f / (float)width;
         CHECK(pktrt_camera_ray(&shifted, width, 37, 0.5, 3.5, NULL, 0, &r) && !same_bits(&r, &q, sizeof r),
-              "the control: an eighth of a pixel more");
+            "the control: an eighth of a pixel more");
       }
 }
 
@@ -166,7 +166,7 @@ static void shifts_without_measure(void) {
       stage_render(s, &d);
       for (int p = 0; p < W * H; p++)
         CHECK(pixels[3 * p] == 0 && pixels[3 * p + 1] == 0.5f, "shift %g, camera %d, pixel %d: %g %g", (double)shift[i],
-              k, p, (double)pixels[3 * p], (double)pixels[3 * p + 1]);
+            k, p, (double)pixels[3 * p], (double)pixels[3 * p + 1]);
       pktrt_scene_destroy(s);
     }
 }
@@ -209,8 +209,8 @@ static void along_the_default_up(void) {
         stage_render(s, &d);
         CHECK(t.n == 1 && strstr(t.text, "camera") && strstr(t.text, "up"), "%d sentences: %s", t.n, t.text);
         for (int i = 0; i < W * H; i++) CHECK(pixels[3 * i + 1] > 0.1f, "pixel %d: %g", i, (double)pixels[3 * i + 1]);
-        CHECK(pktrt_camera_ray(&c, 2, 2, 0.5, 1, NULL, 1, &left) &&
-              pktrt_camera_ray(&c, 2, 2, 1.5, 1, NULL, 1, &right));
+        CHECK(
+            pktrt_camera_ray(&c, 2, 2, 0.5, 1, NULL, 1, &left) && pktrt_camera_ray(&c, 2, 2, 1.5, 1, NULL, 1, &right));
         CHECK(pktrt_camera_ray(&c, 2, 2, 1, 0.5, NULL, 1, &high) && pktrt_camera_ray(&c, 2, 2, 1, 1.5, NULL, 1, &low));
         const float across = right.origin[0] + right.direction[0] - left.origin[0] - left.direction[0],
                     up = high.origin[2] + high.direction[2] - low.origin[2] - low.direction[2];
@@ -231,16 +231,10 @@ static void mistakes_with_cameras(void) {
     const char *words;
     float width, shift[2];
     int projection;
-  } bad[] = {{"width is 0", 0, {0, 0}, 1},
-             {"width is -2", -2, {0, 0}, 1},
-             {"width is nan", NAN, {0, 0}, 1},
-             {"width is inf", INFINITY, {0, 0}, 1},
-             {"width is 2.5", 2.5e30f, {0, 0}, 1},
-             {"shift[0] is nan", 1, {NAN, 0}, 1},
-             {"shift[1] is inf", 0, {0, INFINITY}, 0},
-             {"shift[1] is -inf", 1, {0, -INFINITY}, 1},
-             {"2 is no pktrt_projection", 1, {0, 0}, 2},
-             {"-1 is no pktrt_projection", 1, {0, 0}, -1}};
+  } bad[] = {{"width is 0", 0, {0, 0}, 1}, {"width is -2", -2, {0, 0}, 1}, {"width is nan", NAN, {0, 0}, 1},
+      {"width is inf", INFINITY, {0, 0}, 1}, {"width is 2.5", 2.5e30f, {0, 0}, 1}, {"shift[0] is nan", 1, {NAN, 0}, 1},
+      {"shift[1] is inf", 0, {0, INFINITY}, 0}, {"shift[1] is -inf", 1, {0, -INFINITY}, 1},
+      {"2 is no pktrt_projection", 1, {0, 0}, 2}, {"-1 is no pktrt_projection", 1, {0, 0}, -1}};
   float pixels[3];
   told t;
   pktrt_scene *s = open_to(&t);
@@ -256,7 +250,7 @@ static void mistakes_with_cameras(void) {
     d.camera.width = bad[i].width, d.camera.projection = (pktrt_projection)bad[i].projection;
     memcpy(d.camera.shift, bad[i].shift, sizeof d.camera.shift);
     CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), bad[i].words), "\"%s\": %s",
-          bad[i].words, pktrt_last_error(s));
+        bad[i].words, pktrt_last_error(s));
     CHECK(!pktrt_camera_ray(&d.camera, 1, 1, 0.5, 0.5, NULL, 0, &r) && r.tmax == 0, "%s", bad[i].words);
   }
   CHECK(t.n == 0, "%s", t.text);
@@ -298,7 +292,7 @@ static void parallel_rays_from_glass(void) {
   d.camera = camera_at(vec_of(0, 0, 0.25), vec_of(0, 0, -2), 16);
   stage_render(s, &d);
   CHECK(fabs((double)pixels[3] - exp(-0.75)) < 1e-5 && pixels[0] == 1, "%g, not %g; beside it %g", (double)pixels[3],
-        exp(-0.75), (double)pixels[0]);
+      exp(-0.75), (double)pixels[0]);
   d.camera.width = 1, d.camera.shift[0] = 4;
   stage_render(s, &d);
   CHECK(fabs((double)pixels[3] - exp(-0.75)) < 1e-5, "by a shift: %g", (double)pixels[3]);

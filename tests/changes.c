@@ -107,7 +107,7 @@ static void a_full_scene_can_be_filled_anew(void) {
     CHECK(pktrt_add_model(s, &flat, 1, &model) == PKTRT_OK, "%s", pktrt_last_error(s));
     const uint32_t count = fill_with(s, model);
     CHECK(count == want, "round %u: room for %u instances of %u triangles, not %u", (unsigned)round, (unsigned)count,
-          (unsigned)triangles, (unsigned)want);
+        (unsigned)triangles, (unsigned)want);
     refused += pktrt_add_mesh(s, &flat, NULL) == PKTRT_LIMIT;
     for (uint32_t i = 0; i < count; i++) CHECK(pktrt_remove_instance(s, i) == PKTRT_OK, "%s", pktrt_last_error(s));
     CHECK(pktrt_add_mesh(s, &flat, &index) == PKTRT_OK, "removed, though not committed: %s", pktrt_last_error(s));
@@ -124,8 +124,8 @@ static void a_full_scene_can_be_filled_anew(void) {
 /* --- replacements --- */
 
 enum { PERIOD = 12, REPLACED = 5 };
-static const char *const replaced_name[REPLACED] = {"growing", "shrinking", "alternating", "instances",
-                                                    "meshes and instances"};
+static const char *const replaced_name[REPLACED] = {
+    "growing", "shrinking", "alternating", "instances", "meshes and instances"};
 
 /* What is there at a time of a replacement: a mesh and its group, or an instance of a model of several meshes. */
 typedef struct replacement {
@@ -208,9 +208,9 @@ static void replace(int what, bool before, uint32_t rounds, const mesh *of, cons
 
   CHECK(others == 0, "%s: %u hits of what stays are others", replaced_name[what], (unsigned)others);
   CHECK(wrong == 0 && indices <= 9,
-        "%s, %s: %zu of %u periods end with other figures, %u indices, %zu bytes, first %zu", replaced_name[what],
-        before ? "added before" : "added after", wrong, (unsigned)(rounds / PERIOD), (unsigned)indices, memory.bytes,
-        bytes);
+      "%s, %s: %zu of %u periods end with other figures, %u indices, %zu bytes, first %zu", replaced_name[what],
+      before ? "added before" : "added after", wrong, (unsigned)(rounds / PERIOD), (unsigned)indices, memory.bytes,
+      bytes);
   if (before)
     say("%s: %u replacements, %zu bytes and %u indices at their end as after the second dozen", replaced_name[what],
         (unsigned)rounds, memory.bytes, (unsigned)indices);
@@ -411,15 +411,15 @@ static void perform(history *h, const change *c, size_t n, bool each) {
     if (h->memory.failed == failed) {
       const pktrt_status want = c->what == REFIT && waits(h, false) ? PKTRT_NOT_COMMITTED : PKTRT_OK;
       CHECK(status == want, "step %zu, action %d: status %d, %s", h->steps, (int)c->what, (int)status,
-            pktrt_last_error(h->s));
+          pktrt_last_error(h->s));
       if (status == PKTRT_OK) take_over(h, c, index);
       compare(h, c, "after it");
       return;
     }
     h->failed++;
     CHECK(status == PKTRT_OUT_OF_MEMORY && strstr(pktrt_last_error(h->s), "memory"),
-          "step %zu, action %d, allocation %zu: status %d, %s", h->steps, (int)c->what, n, (int)status,
-          pktrt_last_error(h->s));
+        "step %zu, action %d, allocation %zu: status %d, %s", h->steps, (int)c->what, n, (int)status,
+        pktrt_last_error(h->s));
     if (!waits(h, true)) {
       visit_all(h, true);
       visit_all(h, false);
@@ -436,7 +436,7 @@ static void history_open(history *h, bool edges, pktrt_build_quality quality) {
     h->shapes[3][v] = mesh_sphere(2, 0.05f, 3);
     for (uint32_t k = 0; k < SHAPES; k++)
       mesh_place(&h->shapes[k][v], (float[3]){variant_scale[v], variant_scale[v], variant_scale[v]},
-                 (float[3]){variant_shift[v], 0, 0});
+          (float[3]){variant_shift[v], 0, 0});
   }
   mesh_move(&h->shapes[1][0], 1, 0, 0, 0);
   h->s = open_scene(&h->memory, quality);
@@ -452,8 +452,8 @@ static void history_close(history *h) {
 
 /* Draws a change that the things allow. */
 static change draw(const history *h, rng *r) {
-  static const action likely[] = {ADD_MESH, ADD_MESH, ADD_INSTANCE, REMOVE, REMOVE, MOVE,   MOVE,
-                                  HIDE,     MARK,     REFIT,        REFIT,  COMMIT, COMMIT, COMMIT};
+  static const action likely[] = {
+      ADD_MESH, ADD_MESH, ADD_INSTANCE, REMOVE, REMOVE, MOVE, MOVE, HIDE, MARK, REFIT, REFIT, COMMIT, COMMIT, COMMIT};
   for (;;) {
     change c;
     memset(&c, 0, sizeof c);
@@ -489,7 +489,7 @@ static void histories_have_the_answers_of_what_is_there(void) {
     steps += h.steps, failed += h.failed, wrong += h.wrong, changed += h.changed, hits += h.hits;
   }
   CHECK(wrong == 0 && failed > steps / 16 && changed > steps / 16 && hits > steps, "%zu, %zu, %zu of %zu", failed,
-        changed, hits, steps);
+      changed, hits, steps);
   say("%zu histories, %zu steps, %zu of them failed at first: %zu wrong; control: %zu commits and refits changed "
       "answers",
       histories, steps, failed, wrong, changed);

@@ -86,8 +86,8 @@ static uint64_t sum_of_answers(const pktrt_hit *hit, const bool *blocked) {
 
 /* The answers to all rays, which must be the same in all ways. */
 static uint64_t ask(const pktrt_scene *s) {
-  static const char *const name[] = {"_n",          "fast path", "paper path",      "paper path, packets of 5",
-                                     "single path", "_soa",      "_soa, paper path"};
+  static const char *const name[] = {
+      "_n", "fast path", "paper path", "paper path, packets of 5", "single path", "_soa", "_soa, paper path"};
   ask_single(s);
   const uint64_t want = sum_of_answers(all.want, all.blocked);
   for (int way = 0; way < 7; way++) {

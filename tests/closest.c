@@ -96,8 +96,8 @@ typedef struct tally {
 } tally;
 
 /* Compares an answer with the reference. `size`: of the numbers that place instances. */
-static void compare(const facets *list, const pktrt_point_query *q, const pktrt_closest *got, long double size,
-                    tally *t) {
+static void compare(
+    const facets *list, const pktrt_point_query *q, const pktrt_closest *got, long double size, tally *t) {
   const facet *best = NULL, *named = NULL;
   long double least = INFINITY, n[3];
   for (size_t i = 0; i < list->n; i++) {
@@ -153,14 +153,12 @@ static const uint32_t zoo_of[ZOO_INSTANCES] = {0, 1, 2, 0, 1, 0, 2, 3},
 
 static zoo zoo_make(uint32_t groups) {
   /* Diagonal, mirrored and sheared, moving, tiny, turned while it grows, huge and flat, far away, and far away in its model. */
-  static const float placed[ZOO_INSTANCES][24] = {
-      {0.4f, 0, 0, 3, 0, 0.7f, 0, 0, 0, 0, 0.2f, 0},
+  static const float placed[ZOO_INSTANCES][24] = {{0.4f, 0, 0, 3, 0, 0.7f, 0, 0, 0, 0, 0.2f, 0},
       {-0.5f, 0.3f, 0.1f, -3, 0.2f, 0.4f, 0.7f, 1, 0, -0.2f, 0.6f, 0},
       {0.3f, 0, 0, 0, 0, 0.3f, 0, 3, 0, 0, 0.3f, 0, 0.3f, 0.1f, 0, 1, 0, 0.4f, 0, 3, 0.2f, 0, 0.2f, 1},
       {1e-6f, 2e-7f, 0, 0, 0, 1e-6f, 0, -3, 0, 3e-7f, 2e-6f, 0},
       {0.3f, 0, 0, 0, 0, 0.3f, 0, 0, 0, 0, 0.3f, 4, 0.1f, 0.3f, 0, 0, -0.4f, 0.2f, 0, 0, 0, 0, 0.5f, 4},
-      {2e4f, 0, 50, 0, 0, 3, 10, -30, 0, 1, 2e4f, 0},
-      {1, 0, 0, 7e5f, 0, 1, 0, 3e5f, 0, 0, 1, 0},
+      {2e4f, 0, 50, 0, 0, 3, 10, -30, 0, 1, 2e4f, 0}, {1, 0, 0, 7e5f, 0, 1, 0, 3e5f, 0, 0, 1, 0},
       {0.6f, -0.8f, 0.1f, -2250, 0.7f, 0.5f, 0, 297, 0.1f, 0, 0.9f, -550}};
   zoo z;
   z.m[0] = mesh_sphere(3, 0.05f, 1), z.m[1] = mesh_soup(300, 0.2f, 2), z.m[2] = mesh_thin(200, 3);
@@ -193,8 +191,8 @@ static pktrt_scene *zoo_scene(const zoo *z, pktrt_isa isa, pktrt_build_quality q
     CHECK(pktrt_add_model(s, &d, 1, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   for (uint32_t i = 0; i < ZOO_INSTANCES; i++) {
-    const pktrt_instance_desc d = {zoo_of[i], zoo_keys[i], z->placed[i], zoo_masks[ZOO_MESHES + i],
-                                   PKTRT_INTERPOLATION_LINEAR};
+    const pktrt_instance_desc d = {
+        zoo_of[i], zoo_keys[i], z->placed[i], zoo_masks[ZOO_MESHES + i], PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -305,7 +303,7 @@ static void at_any_scale(void) {
       CHECK(pktrt_closest_point(s, q.point, q.max_distance, &other) && same_bits(&got, &other, sizeof got));
       compare(&list, &q, &got, 0, &t);
       CHECK(pktrt_closest_point(s, q.point, got.distance, &other) && same_bits(&got, &other, sizeof got),
-            "what is at a distance of %g is not within that", (double)got.distance);
+          "what is at a distance of %g is not within that", (double)got.distance);
     }
     pktrt_scene_destroy(s), world_free(&w);
   }
@@ -361,8 +359,8 @@ static void the_same_bits(void) {
     static const uint32_t groups[5] = {0, 2, 7, 0, 0};
     const uint32_t build = way < (uint32_t)isa_count ? 0 : way - (uint32_t)isa_count;
     z.groups = groups[build];
-    pktrt_scene *s = zoo_scene(&z, way < (uint32_t)isa_count ? isas[way] : PKTRT_ISA_AUTO,
-                               (pktrt_build_quality)(build < 3 ? 0 : build - 2));
+    pktrt_scene *s = zoo_scene(
+        &z, way < (uint32_t)isa_count ? isas[way] : PKTRT_ISA_AUTO, (pktrt_build_quality)(build < 3 ? 0 : build - 2));
     if (build == 1) { /* there and back */
       float *moved = (float *)calloc((size_t)z.m[0].nv * 3, sizeof *moved);
       CHECK(moved && pktrt_set_positions(s, 0, 0, moved) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
@@ -478,8 +476,8 @@ static void what_is_gone_is_not_near(void) {
 
 /* A triangle that has area only later, one that has none, and none at all. */
 static void what_has_no_area_is_not_there(void) {
-  static const float p[36] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 0, 5, 1, 0, 5, 0, 1, 5,
-                              0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 5, 1, 0, 5, 0, 1, 5};
+  static const float p[36] = {
+      0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 0, 5, 1, 0, 5, 0, 1, 5, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 5, 1, 0, 5, 0, 1, 5};
   const float at[3] = {0.25f, 0.25f, 1};
   pktrt_closest got;
   mesh m = mesh_of(6, 2);
@@ -491,7 +489,7 @@ static void what_has_no_area_is_not_there(void) {
   pktrt_point_query q = {{0.25f, 0.25f, 1}, INFINITY, 0, 0};
   pktrt_closest_point_n(s, &q, &got, 1);
   CHECK(got.triangle == 1 && got.distance == 4 && got.normal[2] == 1, "triangle %u, %g away", got.triangle,
-        (double)got.distance);
+      (double)got.distance);
   q.time = 1;
   pktrt_closest_point_n(s, &q, &got, 1);
   CHECK(got.triangle == 0 && got.distance == 1, "triangle %u, %g away", got.triangle, (double)got.distance);

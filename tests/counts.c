@@ -51,22 +51,22 @@ static void counts_of_misses(void) {
           const bool paper = path == PKTRT_PATH_PAPER;
           const uint64_t nodes = all[paper].nodes, boxes = all[paper].boxes, triangles = all[paper].triangles;
           const char *isa = pktrt_isa_string(isas[k]), *what = moves ? "moving" : "at rest";
-          CHECK(c->rays == n && c->hits == 0, "%s, %s, path %d: %llu rays", isa, what, path,
-                (unsigned long long)c->rays);
+          CHECK(
+              c->rays == n && c->hits == 0, "%s, %s, path %d: %llu rays", isa, what, path, (unsigned long long)c->rays);
           CHECK(c->box_tests == boxes && c->triangle_tests == triangles,
-                "%s, %s, path %d, any %d: %llu boxes, not %llu; %llu triangles, not %llu", isa, what, path, any,
-                (unsigned long long)c->box_tests, (unsigned long long)boxes, (unsigned long long)c->triangle_tests,
-                (unsigned long long)triangles);
+              "%s, %s, path %d, any %d: %llu boxes, not %llu; %llu triangles, not %llu", isa, what, path, any,
+              (unsigned long long)c->box_tests, (unsigned long long)boxes, (unsigned long long)c->triangle_tests,
+              (unsigned long long)triangles);
           if (path == PKTRT_PATH_FAST) /* streams share nodes: fewer, but a stream holds 64 rays */
             CHECK(c->node_visits < nodes && c->node_visits > nodes / 64 && c->packets < n, "%s: streams", isa);
           else
             CHECK(c->node_visits == nodes && c->packets == n, "%s, %s, path %d: %llu nodes, not %llu", isa, what, path,
-                  (unsigned long long)c->node_visits, (unsigned long long)nodes);
+                (unsigned long long)c->node_visits, (unsigned long long)nodes);
           CHECK(c->vector_box_tests == (paper ? boxes : 0) && c->vector_triangle_tests == (paper ? triangles : 0),
-                "%s, path %d: vectors", isa, path);
+              "%s, path %d: vectors", isa, path);
           CHECK(c->first_hits + c->later_hits + c->ray_culls + c->interval_culls + c->frustum_culls ==
                     (paper ? boxes : 0),
-                "%s, path %d: culls", isa, path);
+              "%s, path %d: culls", isa, path);
         }
       }
       say("%s, %s: %.1f nodes, %.1f boxes, %.1f triangles a ray", pktrt_isa_string(isas[k]),
@@ -123,10 +123,10 @@ static void counts_of_packets(void) {
         const bool planes = has_frusta(isas[k]); /* without, each ray tests each child */
         const uint32_t tested = 1 + between + (planes ? 0 : beside);
         CHECK(c->frustum_culls == (planes ? beside : 0), "%s: %llu of %u beside are culled", isa,
-              (unsigned long long)c->frustum_culls, beside);
+            (unsigned long long)c->frustum_culls, beside);
         CHECK(c->ray_culls == (planes ? tested : 0) && c->box_tests == 64 * tested,
-              "%s: %llu of %u are missed, %llu boxes", isa, (unsigned long long)c->ray_culls, tested,
-              (unsigned long long)c->box_tests);
+            "%s: %llu of %u are missed, %llu boxes", isa, (unsigned long long)c->ray_culls, tested,
+            (unsigned long long)c->box_tests);
         CHECK(c->triangle_tests == 0 && c->fallbacks == 0 && c->triangle_culls == 0, "%s: no leaf is reached", isa);
         pktrt_scene_destroy(s);
       }

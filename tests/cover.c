@@ -67,12 +67,11 @@ enum { NO_CASE, AROUND_LAMP, AROUND_CAMERA, MOVING_AROUND_CAMERA };
 static const factor factors[FACTORS] = {
     [SAMPLING] = {"sampling", {"one sample", "random", "interleaved", "blue noise", "custom"}},
     [LIGHT] = {"light",
-               {"point", "directional", "quad", "sphere", "mesh", "moving mesh", "glowing place", "environment"}},
+        {"point", "directional", "quad", "sphere", "mesh", "moving mesh", "glowing place", "environment"}},
     [VISIBLE] = {"lamps", {"unseen", "visible"}},
     [CHOICE] = {"choice of lights", {"all", "one deeper", "one"}},
-    [MATERIAL] = {"material",
-                  {"matt", "mirror", "gloss", "coat", "glossy coat", "metal", "glossy metal", "glass", "cutout",
-                   "shader", "thin", "blend"}},
+    [MATERIAL] = {"material", {"matt", "mirror", "gloss", "coat", "glossy coat", "metal", "glossy metal", "glass",
+                                  "cutout", "shader", "thin", "blend"}},
     [TEXTURE] = {"texture", {"none", "by coordinates", "by point"}},
     [NORMALS] = {"normals", {"flat", "smooth", "smooth, ignored"}},
     [GEOMETRY] = {"geometry", {"direct", "placed", "mirrored", "uneven", "many"}},
@@ -395,8 +394,8 @@ static void give_keys(mesh *m, uint32_t keys) {
 }
 
 /* Fills in a thing of a shape, which it takes, at a place: three rows of four. */
-static void set_thing(thing *t, mesh shape, uint32_t keys, bool smooth, const float place[12], bool placed,
-                      uint32_t role) {
+static void set_thing(
+    thing *t, mesh shape, uint32_t keys, bool smooth, const float place[12], bool placed, uint32_t role) {
   t->there = true;
   t->placed = placed;
   t->shape = shape;
@@ -487,8 +486,7 @@ static const float lamp_at[3] = {0.75f, 2, 0.875f};
 /* Fills in all that stands in the scene of a row. */
 static void make_things(const row *r, thing things[MOST_THINGS]) {
   static const float floor_place[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  static const float subject_place[4][12] = {
-      {0.625f, 0, 0, -0.375f, 0, 0.625f, 0, 0.75f, 0, 0, 0.625f, 0},
+  static const float subject_place[4][12] = {{0.625f, 0, 0, -0.375f, 0, 0.625f, 0, 0.75f, 0, 0, 0.625f, 0},
       {0.625f, 0, 0, -0.375f, 0, 0.625f, 0, 0.75f, 0, 0, 0.625f, 0},
       {-0.625f, 0, 0, -0.375f, 0, 0.5f, 0.25f, 0.75f, 0, 0, 0.625f, 0},
       {0.875f, 0.25f, 0, -0.375f, 0, 0.375f, 0.125f, 0.75f, 0.125f, 0, 0.75f, 0}};
@@ -503,7 +501,7 @@ static void make_things(const row *r, thing things[MOST_THINGS]) {
   const uint32_t keys = motion == TWO_KEYS || motion == BOTH_MOVE ? 2 : motion == THREE_KEYS ? 3 : 1;
   set_thing(&things[FLOOR_THING], mesh_grid(4, 4), 1, false, floor_place, false, FLOOR_THING);
   set_thing(&things[SUBJECT], mesh_sphere(1, 0.0625f, 3), keys, level[NORMALS] != FLAT,
-            subject_place[geometry == MANY ? PLACED : geometry], geometry != DIRECT, SUBJECT);
+      subject_place[geometry == MANY ? PLACED : geometry], geometry != DIRECT, SUBJECT);
   if (motion >= MOVING_PLACE) things[SUBJECT].place_keys = motion == BOTH_MOVE ? 3 : 2;
   if (geometry == MANY) things[SUBJECT].copies = MOST_COPIES;
   set_thing(&things[COMPANION], mesh_box(), keys, false, companion_place, false, COMPANION);
@@ -512,16 +510,16 @@ static void make_things(const row *r, thing things[MOST_THINGS]) {
   if (level[LIGHT] >= MESH && level[LIGHT] <= GLOWING_PLACE) {
     const float place[12] = {0.25f, 0, 0, lamp_at[0], 0, 0.25f, 0, lamp_at[1], 0, 0, 0.25f, lamp_at[2]};
     set_thing(&things[LAMP], sheet_shape(), level[LIGHT] == MOVING_MESH ? 2 : 1, false, place,
-              level[LIGHT] == GLOWING_PLACE, LAMP);
+        level[LIGHT] == GLOWING_PLACE, LAMP);
   }
   if (level[CURTAIN] != NO_CURTAIN)
-    set_thing(&things[CURTAIN_THING], sheet_shape(), 1, false, sheet_place, level[CURTAIN] == PLACED_SHEET,
-              CURTAIN_THING);
+    set_thing(
+        &things[CURTAIN_THING], sheet_shape(), 1, false, sheet_place, level[CURTAIN] == PLACED_SHEET, CURTAIN_THING);
   if (level[CASE] != NO_CASE) {
     const float *at = level[CASE] == AROUND_LAMP ? lamp_at : eye;
     const float place[12] = {0.5f, 0, 0, at[0], 0, 0.5f, 0, at[1], 0, 0, 0.5f, at[2]};
-    set_thing(&things[CASE_THING], mesh_box(), level[CASE] == MOVING_AROUND_CAMERA ? 3 : 1, false, place, false,
-              CASE_THING);
+    set_thing(
+        &things[CASE_THING], mesh_box(), level[CASE] == MOVING_AROUND_CAMERA ? 3 : 1, false, place, false, CASE_THING);
   }
 
   for (uint32_t i = 0; i < MOST_THINGS; i++) {
@@ -692,9 +690,8 @@ static const quad back_lamp = {{-1.5, 0.5, -1.5}, {{0.75, 0, 0}, {0, 0.75, 0}}};
 
 /* Fills in the row's lights and returns how many there are: that of the factor, two dim ones. */
 static uint32_t lights_for(const row *r, uint32_t lamp_mesh, pktrt_light lights[3]) {
-  static const pktrt_light_kind kinds[8] = {PKTRT_LIGHT_POINT,  PKTRT_LIGHT_DIRECTIONAL, PKTRT_LIGHT_QUAD,
-                                            PKTRT_LIGHT_SPHERE, PKTRT_LIGHT_MESH,        PKTRT_LIGHT_MESH,
-                                            PKTRT_LIGHT_POINT,  PKTRT_LIGHT_ENVIRONMENT};
+  static const pktrt_light_kind kinds[8] = {PKTRT_LIGHT_POINT, PKTRT_LIGHT_DIRECTIONAL, PKTRT_LIGHT_QUAD,
+      PKTRT_LIGHT_SPHERE, PKTRT_LIGHT_MESH, PKTRT_LIGHT_MESH, PKTRT_LIGHT_POINT, PKTRT_LIGHT_ENVIRONMENT};
   static const double intensities[8] = {8, 1.5, 6, 6, 1, 1, 0.5, 1};
   const uint32_t which = r->level[LIGHT];
   const bool visible = r->level[VISIBLE] == 1;
@@ -785,8 +782,8 @@ static void add_thing(pktrt_scene *s, thing *t, uint32_t material, bool loose, i
 static void add_copies(pktrt_scene *s, const thing *t) {
   for (uint32_t i = 0; i < t->copies; i++) {
     const float size = i & 1 ? -0.1875f : 0.1875f;
-    const float place[12] = {size, 0,       0,     0.375f * (float)i - 1, 0, 0.1875f, 0.0625f, 0.25f, 0.0625f,
-                             0,    0.1875f, 0.875f};
+    const float place[12] = {
+        size, 0, 0, 0.375f * (float)i - 1, 0, 0.1875f, 0.0625f, 0.25f, 0.0625f, 0, 0.1875f, 0.875f};
     const pktrt_instance_desc d = {t->model, 1, place, 0, PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
@@ -872,7 +869,7 @@ static void live_through(stand *st, const row *r, const uint32_t material[MOST_T
     commit_or_refit(st, false);
     add_thing(s, t, material[i], r->level[SOUP] == 1, 0);
     CHECK(t->index == index && t->instance == instance, "thing %u is mesh %u, instance %u, not %u and %u", (unsigned)i,
-          (unsigned)t->index, (unsigned)t->instance, (unsigned)index, (unsigned)instance);
+        (unsigned)t->index, (unsigned)t->instance, (unsigned)index, (unsigned)instance);
     commit_or_refit(st, false);
   }
 }
@@ -934,7 +931,7 @@ static void stand_close(stand *st) {
 /* Returns what a row asks for, without pixels and outputs. */
 static pktrt_render_desc view_for(const row *r, pktrt_mode mode) {
   static const pktrt_sampler samplers[5] = {PKTRT_SAMPLER_SOBOL, PKTRT_SAMPLER_RANDOM, PKTRT_SAMPLER_INTERLEAVED,
-                                            PKTRT_SAMPLER_BLUE_NOISE, PKTRT_SAMPLER_CUSTOM};
+      PKTRT_SAMPLER_BLUE_NOISE, PKTRT_SAMPLER_CUSTOM};
   static const uint32_t samples[5] = {1, 2, 4, 2, 3};
   static const uint32_t depths[5] = {0, 1, 3, 4, 0};
   static const float attenuations[5] = {0, 0, 0, -1, 0.25f};
@@ -1150,7 +1147,7 @@ static void compare_row(const row *r, size_t number, tally *all) {
       all->pictures++;
       all->wrong += differs != NULL;
       CHECK(!differs, "row %zu, mode %d, %s, %s path: %s differ; %s", number, mode, pktrt_isa_string(isas[isa]),
-            paper ? "paper" : "fast", differs, row_text(r));
+          paper ? "paper" : "fast", differs, row_text(r));
     }
   }
 
@@ -1251,8 +1248,8 @@ static looks look_at(const anew *a, const pktrt_ray *ray, const pktrt_hit *hit) 
   out.normal = vec_unit(vec_from(normal));
 
   float direction[3];
-  float values[10] = {m->albedo[0],      m->albedo[1],   m->albedo[2],   m->reflectance[0], m->reflectance[1],
-                      m->reflectance[2], m->emission[0], m->emission[1], m->emission[2],    1};
+  float values[10] = {m->albedo[0], m->albedo[1], m->albedo[2], m->reflectance[0], m->reflectance[1], m->reflectance[2],
+      m->emission[0], m->emission[1], m->emission[2], 1};
   float radiance[3] = {0, 0, 0};
   float *const written[3] = {&radiance[0], &radiance[1], &radiance[2]};
   float time = ray->time;
@@ -1302,14 +1299,48 @@ static bool first_there(const anew *a, const pktrt_ray *ray, pktrt_hit *hit, loo
   return false;
 }
 
-/* Returns whether nothing is between a hit and a point, so far of the way; of a direction, in it. */
-static bool is_lit(const anew *a, const pktrt_ray *ray, const pktrt_hit *hit, vec way, double end) {
+/* Finds the way from a point up to the weighted mean of its feet on the planes of the triangle's vertices, which it may
+   lie below. Returns false if their normals are nearly the triangle's. */
+static bool way_up(const anew *a, const pktrt_ray *ray, const pktrt_hit *hit, const looks *at, vec *up) {
+  const double weight[3] = {1 - (double)hit->u - (double)hit->v, (double)hit->u, (double)hit->v};
+  bool curved = false;
+  *up = vec_of(0, 0, 0);
+  if (a->view.normals != PKTRT_NORMALS_SMOOTH || a->flat) return false;
+  for (int c = 0; c < 3; c++) {
+    pktrt_hit corner = *hit;
+    pktrt_surface_info info;
+    corner.t = NAN;
+    corner.u = c == 1;
+    corner.v = c == 2;
+    pktrt_surface(a->st->s, ray, &corner, &info);
+    const vec normal = vec_from(info.shading_normal);
+    const double height = vec_dot(normal, vec_sub(vec_from(at->info.position), vec_from(info.position)));
+    const double along = vec_dot(normal, vec_from(at->info.normal));
+    curved = curved || along * along < 0.9996;
+    if (height < 0) *up = vec_sub(*up, vec_mul(normal, weight[c] * height));
+  }
+  return curved;
+}
+
+/* Returns whether nothing is between a hit and a point, so far of the way; of a direction, in it. Ways below the
+   triangle begin above it. */
+static bool is_lit(const anew *a, const pktrt_ray *ray, const pktrt_hit *hit, const looks *at, vec way, double end) {
   float direction[3];
+  vec up = vec_of(0, 0, 0);
   pktrt_ray shadow;
   pktrt_hit blocker;
   looks found;
+  const bool below = vec_dot(way, vec_from(at->info.normal)) <= 0;
+  if (below && !way_up(a, ray, hit, at, &up)) return false;
   vec_put(way, direction);
-  pktrt_spawn(a->st->s, ray, hit, direction, &shadow);
+  pktrt_spawn(a->st->s, ray, hit, below ? at->info.normal : direction, &shadow);
+  if (below) {
+    vec_put(up, shadow.direction);
+    shadow.tmax = 1;
+    if (pktrt_occluded(a->st->s, &shadow)) return false;
+    vec_put(vec_add(vec_from(shadow.origin), up), shadow.origin);
+    vec_put(end <= 1 ? vec_sub(way, up) : way, shadow.direction);
+  }
   shadow.tmax = (float)end;
   return a->no_shadows || !first_there(a, &shadow, &blocker, &found);
 }
@@ -1327,7 +1358,7 @@ static void sky_anew(const anew *a, vec direction, double out[3]) {
 
 /* Adds the light of one lamp at a surface, by its middle, over the albedo. */
 static void lamp_anew(const anew *a, const pktrt_light *light, const pktrt_ray *ray, const pktrt_hit *hit,
-                      const looks *at, double sum[3]) {
+    const looks *at, double sum[3]) {
   const vec here = vec_from(at->info.position);
   vec middle = vec_from(light->position);
   double strength = 1;
@@ -1358,8 +1389,7 @@ static void lamp_anew(const anew *a, const pktrt_light *light, const pktrt_ray *
     sky_anew(a, way, sky);
   }
   const double cosine = vec_dot(vec_unit(way), at->normal);
-  if (cosine <= 0 || strength <= 0 || vec_dot(way, vec_from(at->info.normal)) <= 0 || !is_lit(a, ray, hit, way, end))
-    return;
+  if (cosine <= 0 || strength <= 0 || !is_lit(a, ray, hit, at, way, end)) return;
   for (int k = 0; k < 3; k++) sum[k] += (double)light->intensity[k] * sky[k] * strength * falloff * cosine / PI;
 }
 
@@ -1473,8 +1503,8 @@ static void compare_anew(pktrt_mode mode) {
     if (r.level[LIGHT] == MESH || r.level[LIGHT] == MOVING_MESH) r.level[LIGHT] = GLOWING_PLACE;
     if (r.level[MATERIAL] == BLEND) r.level[MATERIAL] = CUTOUT; /* no chance here */
     if (mode == PKTRT_MODE_WRT) {
-      const uint8_t known[MOST_LEVELS] = {MATT,  MIRROR, MIRROR, MATT,   METAL,  METAL,
-                                          METAL, MIRROR, CUTOUT, SHADER, MIRROR, CUTOUT};
+      const uint8_t known[MOST_LEVELS] = {
+          MATT, MIRROR, MIRROR, MATT, METAL, METAL, METAL, MIRROR, CUTOUT, SHADER, MIRROR, CUTOUT};
       r.level[MATERIAL] = known[r.level[MATERIAL]];
       r.level[FLOOR] = r.level[FLOOR] ? 2 : 0;
       r.level[CASE] = NO_CASE;
@@ -1493,7 +1523,7 @@ static void compare_anew(pktrt_mode mode) {
     for (uint32_t k = 0; k < MOST_THINGS; k++) a.material[k] = material_for(&r, k);
     const size_t wrong = pixels_unlike(&a, got.pixels);
     CHECK(wrong <= 1, "%s, row %zu: %zu of %d pixels; %s", a.reflects ? "WRT" : "RCS", i, wrong, (int)PIXELS,
-          row_text(&r));
+        row_text(&r));
     unlike += wrong;
     pictures++;
 
@@ -1538,8 +1568,8 @@ static vec solved(const double m[12], vec v) {
   const vec y = vec_of(m[1], m[5], m[9]);
   const vec z = vec_of(m[2], m[6], m[10]);
   const double volume = vec_dot(x, vec_cross(y, z));
-  return vec_of(vec_dot(v, vec_cross(y, z)) / volume, vec_dot(x, vec_cross(v, z)) / volume,
-                vec_dot(x, vec_cross(y, v)) / volume);
+  return vec_of(
+      vec_dot(v, vec_cross(y, z)) / volume, vec_dot(x, vec_cross(v, z)) / volume, vec_dot(x, vec_cross(y, v)) / volume);
 }
 
 /* Takes a point and a direction of the scene to where the shape of a thing was when it was made. */
@@ -1722,8 +1752,8 @@ static bool makes_a_difference(const row *r, uint32_t f, uint32_t other) {
     sign_row(r, (pktrt_mode)mode, f >= FIRST_NEUTRAL, &with, &a);
     sign_row(&changed, (pktrt_mode)mode, f >= FIRST_NEUTRAL, &without, &b);
     const bool same = same_bits(with.pixels, without.pixels, sizeof with.pixels);
-    CHECK(same || f < FIRST_NEUTRAL, "%s, %s: pixels differ; %s", factors[f].name, factors[f].level[other],
-          row_text(r));
+    CHECK(
+        same || f < FIRST_NEUTRAL, "%s, %s: pixels differ; %s", factors[f].name, factors[f].level[other], row_text(r));
     if (f < FIRST_NEUTRAL ? !same : !same_bits(&a, &b, sizeof a)) return true;
   }
   return false;
@@ -1752,7 +1782,7 @@ static void each_level_makes_a_difference(void) {
           looked++;
         }
         CHECK(differs != alike, "%s: \"%s\" and \"%s\" are %s", factors[f].name, factors[f].level[a],
-              factors[f].level[b], differs ? "not alike" : "alike in all rows");
+            factors[f].level[b], differs ? "not alike" : "alike in all rows");
       }
     }
   }

@@ -35,7 +35,7 @@ holds_what_git_has() {
 }
 holds_what_it_must() {
   local file
-  for file in pktrt.h README.md Makefile examples/hello.c tests/test.h; do cmp $file "$root/$name/$file" || return 1; done
+  for file in pktrt.h README.md Makefile */*.mk examples/hello.c tests/test.h; do cmp $file "$root/$name/$file" || return 1; done
   grep -q 'ALTERNATIVE A: MIT licence' "$root/$name/pktrt.h"
 }
 is_of_nobody() { # its entries: owner 0, modes 644 and 755, one time, in order

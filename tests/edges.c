@@ -7,7 +7,7 @@ typedef struct library {
   pktrt_scene *(*place)(const placement *, pktrt_isa);
   void (*spawn)(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3], pktrt_ray *);
   void (*spawn_at)(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float u, float v, float time,
-                   const float direction[3], pktrt_ray *);
+      const float direction[3], pktrt_ray *);
   void (*intersect)(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
   void (*close)(pktrt_scene *);
 } library;
@@ -19,10 +19,10 @@ static pktrt_scene *place_whole(const placement *p, pktrt_isa isa) {
   CHECK(placement_fill(s, p), "%s", pktrt_last_error(s));
   return s;
 }
-static const library whole = {open_whole,     place_whole,        pktrt_spawn,
-                              pktrt_spawn_at, pktrt_intersect_ex, pktrt_scene_destroy};
-static const library control = {noslack_scene,    noslack_placed,    noslack_spawn,
-                                noslack_spawn_at, noslack_intersect, noslack_destroy};
+static const library whole = {
+    open_whole, place_whole, pktrt_spawn, pktrt_spawn_at, pktrt_intersect_ex, pktrt_scene_destroy};
+static const library control = {
+    noslack_scene, noslack_placed, noslack_spawn, noslack_spawn_at, noslack_intersect, noslack_destroy};
 
 /* --- convex bodies --- */
 
@@ -129,8 +129,8 @@ static void random_turn(rng *r, double m[3][3]) {
 /* --- a body in a scene --- */
 
 typedef enum setting { AT_REST, TWO_MESHES, MOVING, TURNED, UNEVEN, SETTINGS } setting;
-static const char *const setting_names[SETTINGS] = {"a mesh", "two meshes", "moving", "an instance",
-                                                    "an uneven instance"};
+static const char *const setting_names[SETTINGS] = {
+    "a mesh", "two meshes", "moving", "an instance", "an uneven instance"};
 
 typedef struct room {
   body b;
@@ -241,9 +241,8 @@ typedef struct escapes {
 } escapes;
 
 enum { EDGE_POINTS = 12 };
-static const double edge_points[EDGE_POINTS][2] = {
-    {0, 0},       {1, 0},   {0, 1},       {0.5, 0},   {0, 0.5},           {0.5, 0.5},
-    {1 / 3.0, 0}, {0, 0.7}, {0.25, 0.75}, {0.1, 0.9}, {1 / 3.0, 2 / 3.0}, {0.3, 0.3}};
+static const double edge_points[EDGE_POINTS][2] = {{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0, 0.5}, {0.5, 0.5}, {1 / 3.0, 0},
+    {0, 0.7}, {0.25, 0.75}, {0.1, 0.9}, {1 / 3.0, 2 / 3.0}, {0.3, 0.3}};
 
 /* Counts rays that leave corners and edges of a room to its inside, and meet nothing. */
 static void leave_points(const library *l, const pktrt_scene *s, rng *r, room *x, escapes *e) {
@@ -320,10 +319,10 @@ static void keep_inside(uint64_t seed, void (*leave)(const library *, const pktr
       free_room(&x);
     }
     CHECK(kept.out == 0, "%s: %zu of %zu rays get out", setting_names[how], kept.out, kept.rays);
-    CHECK(rooms > scaled(300) && kept.rays > 40 * rooms, "%s: %zu rooms, %zu rays", setting_names[how], rooms,
-          kept.rays);
+    CHECK(
+        rooms > scaled(300) && kept.rays > 40 * rooms, "%s: %zu rooms, %zu rays", setting_names[how], rooms, kept.rays);
     CHECK(lost.out > lost.rays / (small_run ? 20 : 10), "%s: the control: %zu of %zu get out", setting_names[how],
-          lost.out, lost.rays);
+        lost.out, lost.rays);
     CHECK(leave == leave_points || kept.touching > kept.rays / 2, "%s: %zu", setting_names[how], kept.touching);
     say("%-18s %zu rays of %zu rooms, %zu get out; without keeping off edges %.0f%%", setting_names[how], kept.rays,
         rooms, kept.out, 100 * (double)lost.out / (double)lost.rays);
@@ -414,7 +413,7 @@ enum { VIEW = 51 };
 /* Looks from the middle of a room at the edge where two walls meet, so that rays of a column of pixels end there. Lights
    stand outside on all sides. Returns how many pixels they light, and counts rays that end at an edge. */
 static size_t lit_pixels(double degrees, double turn, double scale, double away, bool instance, pktrt_mode mode,
-                         pktrt_isa isa, size_t *at_edges) {
+    pktrt_isa isa, size_t *at_edges) {
   static float pixels[3 * VIEW * VIEW];
   const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   const double w = degrees * 0.017453292519943295;

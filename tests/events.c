@@ -41,8 +41,8 @@ static bool nearer(const pktrt_hit *a, const pktrt_hit *b) { /* than nothing, to
 }
 
 /* Whether a ray hits the triangle in a lane, as the reference has it. */
-static bool hits_lane(const told *p, uint32_t group, uint32_t block, uint32_t lane, const pktrt_ray *ray,
-                      pktrt_hit *hit) {
+static bool hits_lane(
+    const told *p, uint32_t group, uint32_t block, uint32_t lane, const pktrt_ray *ray, pktrt_hit *hit) {
   float corner[9];
   uint32_t index[3] = {0, 1, 2}, mesh_index, triangle;
   world one = world_none();
@@ -160,8 +160,8 @@ static size_t faults_of_counts(const told *p, uint64_t children) {
          (c->frustum_culls != n[PKTRT_EVENT_FRUSTUM_CULL]) + (c->ray_culls != n[PKTRT_EVENT_ALL_MISS]) +
          (!p->any_hit && n[PKTRT_EVENT_NONE_LEFT]) +
          (c->first_hits + c->later_hits + c->interval_culls + c->frustum_culls + c->ray_culls +
-              n[PKTRT_EVENT_NONE_LEFT] !=
-          children);
+                 n[PKTRT_EVENT_NONE_LEFT] !=
+             children);
 }
 
 /* --- packets --- */
@@ -229,7 +229,7 @@ static void told_of_world(int kind, bool of_children) {
   }
   CHECK(faults == 0, "%s: %zu faults", world_names[kind], faults);
   CHECK(at_odds[2] > 2 * at_odds[0] && (of_children ? children : hits) > 0, "%s: nothing was looked at",
-        world_names[kind]);
+      world_names[kind]);
   if (of_children) say("%s: %llu children, a verdict each", world_names[kind], (unsigned long long)children);
   else
     say("%s: %zu hits told; rays that hit, in groups of eight whose main axes differ: %zu of a camera, %zu others",
@@ -310,8 +310,8 @@ static void faults_are_noticed(void) {
         else if (how == 1) twice(copy, i);
         else if (hit) copy->event[i].ray ^= 1;
         else copy->event[i].child ^= 1;
-        CHECK((hit ? faults_of_hits(copy, &n) : faults_of_children(copy, &children)) > 0, "event %zu, fault %d", i,
-              how);
+        CHECK(
+            (hit ? faults_of_hits(copy, &n) : faults_of_children(copy, &children)) > 0, "event %zu, fault %d", i, how);
       }
     }
   }

@@ -165,7 +165,7 @@ static uint32_t show(pktrt_scene *s, uint32_t model, uint32_t keys, const float 
 }
 static bool says_so(pktrt_scene *s, pktrt_status status, const char *words) {
   return CHECK(status == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), words), "status %d, \"%s\", not \"%s\"",
-               (int)status, pktrt_last_error(s), words);
+      (int)status, pktrt_last_error(s), words);
 }
 
 static void models_are_removed(void) {
@@ -185,7 +185,7 @@ static void models_are_removed(void) {
   CHECK(pktrt_remove_model(s, fine) == PKTRT_OK, "%s", pktrt_last_error(s));
   pktrt_get_scene_info(s, &small);
   CHECK(small.tree_bytes < large.tree_bytes && small.mesh_bytes < large.mesh_bytes, "%llu bytes of trees, then %llu",
-        (unsigned long long)large.tree_bytes, (unsigned long long)small.tree_bytes);
+      (unsigned long long)large.tree_bytes, (unsigned long long)small.tree_bytes);
   CHECK(pktrt_intersect(s, &ray, &again) && same_bits(&hit, &again, sizeof hit), "the other model is seen");
   says_so(s, pktrt_remove_model(s, fine), "remove_model: model 1 was removed");
   says_so(s, pktrt_remove_model(s, 7), "remove_model: there is no model 7 among 2");
@@ -280,10 +280,10 @@ static void meshes_are_described(void) {
         stage_commit(s);
         CHECK(pktrt_get_mesh_info(s, ball, &info) == PKTRT_OK);
         CHECK(info.triangles == 128 - missing + flat && info.degenerate == flat, "%llu triangles, %llu degenerate",
-              (unsigned long long)info.triangles, (unsigned long long)info.degenerate);
-        CHECK(info.closed == !missing && (missing != 1 || info.open_edges == 3) &&
-                  (missing != 2 || info.open_edges > 3),
-              "%u missing: %llu open edges", missing, (unsigned long long)info.open_edges);
+            (unsigned long long)info.triangles, (unsigned long long)info.degenerate);
+        CHECK(
+            info.closed == !missing && (missing != 1 || info.open_edges == 3) && (missing != 2 || info.open_edges > 3),
+            "%u missing: %llu open edges", missing, (unsigned long long)info.open_edges);
         for (int a = 0; a < 3; a++) CHECK(info.lo[a] < -0.7f && info.hi[a] > 0.7f && info.hi[a] < 1.6f);
         triangles += info.triangles, degenerate += info.degenerate, bytes += info.bytes;
       }
@@ -303,12 +303,12 @@ static void meshes_are_described(void) {
   uint32_t placed = 0, of = PKTRT_NONE;
   stage_commit(s);
   CHECK(pktrt_get_mesh_info(s, one, &info) == PKTRT_OK && !info.closed && info.open_edges == 3, "%llu open",
-        (unsigned long long)info.open_edges);
+      (unsigned long long)info.open_edges);
   CHECK(pktrt_get_mesh_info(s, two, &info) == PKTRT_OK && info.closed && info.open_edges == 0);
   while (!pktrt_get_mesh_source(s, placed, &of, NULL)) placed++;
   CHECK(of == instance && pktrt_get_mesh_info(s, placed, &info) == PKTRT_OK && info.closed && info.triangles == 32);
-  CHECK(pktrt_get_mesh_info(s, 1000, &info) == PKTRT_INVALID_ARGUMENT && info.triangles == 0 &&
-        info.lo[0] > info.hi[0]);
+  CHECK(
+      pktrt_get_mesh_info(s, 1000, &info) == PKTRT_INVALID_ARGUMENT && info.triangles == 0 && info.lo[0] > info.hi[0]);
   CHECK(pktrt_get_mesh_info(NULL, 0, &info) == PKTRT_INVALID_ARGUMENT);
   pktrt_scene_destroy(s);
 }
@@ -370,8 +370,8 @@ static void mistakes_are_named(void) {
   says_so(s, pktrt_set_material(s, 1, NULL), "material 1: the description is NULL");
   look(s, PKTRT_LIGHTS_ALL, after);
   CHECK(same_bits(before, after, sizeof before), "what is refused changes nothing");
-  CHECK(pktrt_set_light(NULL, 0, &l) == PKTRT_INVALID_ARGUMENT &&
-        pktrt_remove_light(NULL, 0) == PKTRT_INVALID_ARGUMENT);
+  CHECK(
+      pktrt_set_light(NULL, 0, &l) == PKTRT_INVALID_ARGUMENT && pktrt_remove_light(NULL, 0) == PKTRT_INVALID_ARGUMENT);
   CHECK(pktrt_set_material(NULL, 1, &m) == PKTRT_INVALID_ARGUMENT &&
         pktrt_remove_model(NULL, 0) == PKTRT_INVALID_ARGUMENT);
   CHECK(pktrt_set_transforms(NULL, 0, unmoved) == PKTRT_INVALID_ARGUMENT);
@@ -479,23 +479,23 @@ static void beyond_one(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, 
   (void)l, (void)d;
   m->texture = mistaken ? texture_of_bytes : texture_of_places;
 }
-/* A sun of 0.45 degrees across around the middle of a cell of a table of 128 rows, or of 10 degrees. */
-static void sun_of(double cosine, uint32_t n, const float *const direction[3], float *const radiance[3]) {
-  const double down = 40.5 / 128 * PI, round = 30.5 / 256 * 2 * PI;
+/* A sun of 0.01 degrees across around the middle of a cell of a table of 512 rows, or of 10 degrees. */
+static void sun_of(double half, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  const double down = 160.5 / 512 * PI, round = 120.5 / 1024 * 2 * PI;
   const double to[3] = {sin(down) * cos(round), cos(down), sin(down) * sin(round)};
   for (uint32_t i = 0; i < n; i++) {
-    double along = 0;
-    for (int a = 0; a < 3; a++) along += to[a] * (double)direction[a][i];
-    for (int a = 0; a < 3; a++) radiance[a][i] = along > cosine ? 20000 : 0.3f;
+    double off2 = 0;
+    for (int a = 0; a < 3; a++) off2 += pow((double)direction[a][i] - to[a], 2);
+    for (int a = 0; a < 3; a++) radiance[a][i] = sqrt(off2) < 2 * sin(half * PI / 360) ? 20000 : 0.3f;
   }
 }
 static void small_sun(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
   (void)user;
-  sun_of(cos(0.225 * PI / 180), n, direction, radiance);
+  sun_of(0.005, n, direction, radiance);
 }
 static void wide_sun(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
   (void)user;
-  sun_of(cos(5 * PI / 180), n, direction, radiance);
+  sun_of(5, n, direction, radiance);
 }
 static void too_small_a_sun(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, bool mistaken) {
   (void)m;
@@ -509,7 +509,8 @@ static void one_sample(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, 
 static const mistake mistakes[] = {
     {"the texture of material 1 looks at texcoords, but mesh 0 has none", no_texcoords},
     {"the texture of material 1 writes 200 as albedo, outside [0, 1]", beyond_one},
-    {"environment: towards (0.61, 0.55, 0.57) it has a source of less than 1.4 degrees", too_small_a_sun},
+    {"environment: towards (0.62, 0.55, 0.56) it has a source smaller than 0.03 degrees: give it as a light of kind",
+        too_small_a_sun},
     {"one sample a pixel is noise: set samples", one_sample},
     {"PKTRT_LIGHT_ENVIRONMENT for `environment`", no_environment_light},
     {"light 0 gives no light: its intensity is 0", no_intensity},
@@ -676,8 +677,8 @@ static size_t measure_normals(const pktrt_scene *s, const mesh *m, const float s
 }
 
 static void normals_are_of_unit_length(void) {
-  static const float scales[][3] = {{1, 1, 1},  {1e-17f, 1e-17f, 1e-17f}, {1e17f, 1e17f, 1e17f}, {1e-9f, 1, 1e9f},
-                                    {3, -2, 1}, {1e12f, 1e-12f, 1e12f},   {1e-15f, 1, 1e-15f}};
+  static const float scales[][3] = {{1, 1, 1}, {1e-17f, 1e-17f, 1e-17f}, {1e17f, 1e17f, 1e17f}, {1e-9f, 1, 1e9f},
+      {3, -2, 1}, {1e12f, 1e-12f, 1e12f}, {1e-15f, 1, 1e-15f}};
   double farthest = 0;
   size_t hits = 0;
   rng r = rng_of(54);
@@ -695,7 +696,7 @@ static void normals_are_of_unit_length(void) {
       const pktrt_mesh_desc d = mesh_desc(&m);
       uint32_t model = 0;
       CHECK((kind < 4 ? pktrt_add_mesh(s, &d, NULL) : pktrt_add_model(s, &d, 1, &model)) == PKTRT_OK, "%s",
-            pktrt_last_error(s));
+          pktrt_last_error(s));
       if (kind >= 4) show(s, model, 1, keys);
       stage_commit(s);
       hits += measure_normals(s, &m, kind < 4 ? scales[0] : scale, &r, &farthest);

@@ -10,30 +10,21 @@ static const struct example {
   uint64_t triangles;
   uint32_t work[2][PATHS][COUNTS]; /* of rays of the camera and of mirrors; counts as below */
 } examples[3] = {
-    {"poolhall",
-     318196,
-     {{{3262, 0, 46988, 0, 0, 0, 3127, 542},
-       {2911, 336726, 43033, 2721, 2686, 7159, 420, 7991},
-       {39331, 0, 45930, 0, 0, 0, 0, 0}},
-      {{7538, 0, 75293, 0, 0, 0, 1113, 793},
-       {6179, 1122148, 76464, 6073, 5214, 448, 0, 33285},
-       {43349, 0, 69759, 0, 0, 0, 0, 0}}}},
-    {"conference",
-     291194,
-     {{{3035, 0, 55571, 0, 0, 0, 2286, 300},
-       {2840, 335727, 66906, 2693, 2974, 6196, 799, 7676},
-       {31481, 0, 58730, 0, 0, 0, 0, 0}},
-      {{7629, 0, 97242, 0, 0, 0, 1074, 514},
-       {6208, 1141930, 108836, 6399, 5159, 558, 0, 33139},
-       {40440, 0, 101245, 0, 0, 0, 0, 0}}}},
-    {"rtrt",
-     84846,
-     {{{2677, 0, 46786, 0, 0, 0, 2656, 184},
-       {2428, 305000, 45231, 2353, 3210, 6060, 557, 4891},
-       {30013, 0, 46202, 0, 0, 0, 0, 0}},
-      {{7403, 0, 88412, 0, 0, 0, 527, 327},
-       {5103, 956046, 94083, 5307, 5473, 645, 0, 24907},
-       {31934, 0, 82815, 0, 0, 0, 0, 0}}}},
+    {"poolhall", 318196,
+        {{{3262, 0, 46988, 0, 0, 0, 3127, 542}, {2911, 336726, 43033, 2721, 2686, 7159, 420, 7991},
+             {39331, 0, 45930, 0, 0, 0, 0, 0}},
+            {{7538, 0, 75293, 0, 0, 0, 1113, 793}, {6179, 1122148, 76464, 6073, 5214, 448, 0, 33285},
+                {43349, 0, 69759, 0, 0, 0, 0, 0}}}},
+    {"conference", 291194,
+        {{{3035, 0, 55571, 0, 0, 0, 2286, 300}, {2840, 335727, 66906, 2693, 2974, 6196, 799, 7676},
+             {31481, 0, 58730, 0, 0, 0, 0, 0}},
+            {{7629, 0, 97242, 0, 0, 0, 1074, 514}, {6208, 1141930, 108836, 6399, 5159, 558, 0, 33139},
+                {40440, 0, 101245, 0, 0, 0, 0, 0}}}},
+    {"rtrt", 84846,
+        {{{2677, 0, 46786, 0, 0, 0, 2656, 184}, {2428, 305000, 45231, 2353, 3210, 6060, 557, 4891},
+             {30013, 0, 46202, 0, 0, 0, 0, 0}},
+            {{7403, 0, 88412, 0, 0, 0, 527, 327}, {5103, 956046, 94083, 5307, 5473, 645, 0, 24907},
+                {31934, 0, 82815, 0, 0, 0, 0, 0}}}},
 };
 
 /* Of packets that frusta cull, and of lone rays, fewer counts tell something. */
@@ -89,8 +80,8 @@ static void work_is_as_it_was(const struct example *e, int rays, int path, const
     const bool slots = path == PKTRT_PATH_FAST && counted[i].at == offsetof(pktrt_counts, frustum_culls);
     memcpy(&got, (const char *)c + counted[i].at, sizeof got);
     CHECK(!counted[i].of[path] || ((double)got >= want * (slots ? 0.3 : 0.95) - 20 && (double)got <= want * 1.05 + 20),
-          "%s, %s rays, path %d: %llu %s, not %.0f", e->name, rays ? "mirror" : "camera", path, (unsigned long long)got,
-          counted[i].name, want);
+        "%s, %s rays, path %d: %llu %s, not %.0f", e->name, rays ? "mirror" : "camera", path, (unsigned long long)got,
+        counted[i].name, want);
   }
 }
 
@@ -101,7 +92,7 @@ static void work_on_examples(void) {
     scene made;
     pktrt_scene *s = example(&examples[k], &made);
     CHECK(scene_triangles(&made) == examples[k].triangles, "%s: %llu triangles", examples[k].name,
-          (unsigned long long)scene_triangles(&made));
+        (unsigned long long)scene_triangles(&made));
     camera_rays(&made, ray);
     for (int generation = 0; generation < 2; generation++) {
       for (int path = 0; path < PATHS; path++) {

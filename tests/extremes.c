@@ -139,7 +139,7 @@ static void queries_end(void) {
   CHECK(!count.endless, "%zu chains of hits of %zu have no end", count.endless, 2 * count.rays);
   CHECK(!count.wrong, "%zu answers are not those of exact arithmetic", count.wrong);
   CHECK(count.beyond > count.rays / 100 && count.hits > count.rays / 20, "%zu crossings beyond floats, %zu hits",
-        count.beyond, count.hits);
+      count.beyond, count.hits);
   say("%zu rays, %zu crossings, %zu of them beyond the range of floats, %zu hits", count.rays, count.crossings,
       count.beyond, count.hits);
 }
@@ -231,8 +231,8 @@ static void area_in_any_order(void) {
     pktrt_scene_destroy(s);
     world_free(&w);
   }
-  CHECK(!counted_wrong, "%zu triangles are taken for degenerate, or for what they are not, in some order",
-        counted_wrong);
+  CHECK(
+      !counted_wrong, "%zu triangles are taken for degenerate, or for what they are not, in some order", counted_wrong);
   CHECK(!lost, "%zu of %zu crossings are lost", lost, crossings);
   CHECK(flat > triangles / 20 && crossings > triangles, "%zu without area, %zu crossings", flat, crossings);
   say("%zu triangles in six orders, %zu without area; %zu crossings", triangles, flat, crossings);
@@ -278,8 +278,8 @@ static void thin_bodies_are_closed(void) {
     world_free(&w);
   }
   oracle_list_free(&list);
-  CHECK(!outside && !odd, "%zu windings of %zu are wrong, %zu lines of %zu lose crossings", outside, bodies, odd,
-        lines);
+  CHECK(
+      !outside && !odd, "%zu windings of %zu are wrong, %zu lines of %zu lose crossings", outside, bodies, odd, lines);
   const size_t least = small_run ? scaled(1200) / 2 : scaled(1200);
   CHECK(bodies > least && lines > least, "%zu points inside, %zu lines", bodies, lines);
 }
@@ -437,7 +437,7 @@ static void barycentrics_stay_inside(void) {
     world_free(&w);
   }
   CHECK(!count.below && !count.beyond, "u or v of %zu hits of %zu are below 0, and of %zu sum up to more than 1",
-        count.below, count.hits, count.beyond);
+      count.below, count.hits, count.beyond);
   CHECK(!count.other, "%zu answers differ from single calls", count.other);
   CHECK(count.hits > scaled(30000), "%zu hits", count.hits);
   say("%zu hits on edges and at corners", count.hits);

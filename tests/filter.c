@@ -112,10 +112,10 @@ static void tiles(void) {
     memset(n.out, 0, sizeof n.out), memset(n.error, 0, sizeof n.error);
     for (uint32_t y = 0; y < HIGH; y += edge)
       for (uint32_t x = 0; x < WIDE; x += edge)
-        CHECK(filter_rectangle(&p, x, y, WIDE - x < edge ? WIDE - x : edge, HIGH - y < edge ? HIGH - y : edge, n.out,
-                               n.error));
+        CHECK(filter_rectangle(
+            &p, x, y, WIDE - x < edge ? WIDE - x : edge, HIGH - y < edge ? HIGH - y : edge, n.out, n.error));
     CHECK(same_bits(whole, n.out, sizeof whole) && same_bits(errors, n.error, sizeof errors), "tiles of %u",
-          (unsigned)edge);
+        (unsigned)edge);
   }
   n.half[0][3 * (WIDE + 1)] += 0.01f; /* the control: what a pixel is, others see */
   CHECK(filter_rectangle(&p, 3, 1, 1, 1, n.out, n.error));
@@ -137,7 +137,7 @@ static void halves(void) {
   }
   CHECK(filter_finish(&h, &p));
   CHECK(fabsf(p.half[0][0] - 2) < 1e-6f && fabsf(p.half[1][0] - 6) < 1e-6f, "%g %g", (double)p.half[0][0],
-        (double)p.half[1][0]);
+      (double)p.half[1][0]);
   CHECK(fabsf(p.variance[0] - 13.0f / 3) < 1e-5f, "%g", (double)p.variance[0]); /* (9 + 0 + 1 + 16) / 3 / 2 */
   filter_end(&h);
 }

@@ -11,15 +11,13 @@ typedef struct room_frame {
 } room_frame;
 
 static const room_frame frames[] = {{"under a ceiling", {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
-                                    {"on a floor", {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}},
-                                    {"at a wall towards x", {{0, 1, 0}, {1, 0, 0}, {0, 0, -1}}},
-                                    {"at a wall towards -x", {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}},
-                                    {"at a wall towards z", {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}},
-                                    {"at a wall towards -z", {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}},
-                                    {"under a slope", {{4, -3, 0}, {3, 4, 0}, {0, 0, 5}}},
-                                    {"under a steep slope", {{12, -5, 0}, {0, 0, 13}, {-5, -12, 0}}},
-                                    {"at a tilted wall", {{1, 2, 2}, {2, 1, -2}, {-2, 2, -1}}},
-                                    {"at another tilted wall", {{2, 3, 6}, {3, -6, 2}, {6, 2, -3}}}};
+    {"on a floor", {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}, {"at a wall towards x", {{0, 1, 0}, {1, 0, 0}, {0, 0, -1}}},
+    {"at a wall towards -x", {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}},
+    {"at a wall towards z", {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}},
+    {"at a wall towards -z", {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}}, {"under a slope", {{4, -3, 0}, {3, 4, 0}, {0, 0, 5}}},
+    {"under a steep slope", {{12, -5, 0}, {0, 0, 13}, {-5, -12, 0}}},
+    {"at a tilted wall", {{1, 2, 2}, {2, 1, -2}, {-2, 2, -1}}},
+    {"at another tilted wall", {{2, 3, 6}, {3, -6, 2}, {6, 2, -3}}}};
 
 typedef enum lamp_kind { LAMP_POINT, LAMP_QUAD, LAMP_SPHERE, LAMP_MESH, LAMP_FIRST_MESH, LAMP_KINDS } lamp_kind;
 
@@ -58,7 +56,7 @@ static quad room_quad(const room *r, const double from[3], const double first[3]
 }
 
 static void room_add(pktrt_scene *s, const room *r, const double from[3], const double first[3], const double second[3],
-                     uint32_t material) {
+    uint32_t material) {
   const quad q = room_quad(r, from, first, second);
 
   stage_quad(s, &q, material);
@@ -105,7 +103,7 @@ static pktrt_scene *room_open(const room *r) {
   room_add(s, r, (double[3]){0, 0, 0}, (double[3]){4, 0, 0}, (double[3]){0, 3, 0}, stage_material(s, &grey));
   /* Without a ceiling, its far edge is left: how far rays start from surfaces depends on the scene's extent. */
   room_add(s, r, (double[3]){0, 3, r->ceiling ? 0 : 3.9375}, (double[3]){4, 0, 0},
-           (double[3]){0, 0, r->ceiling ? 4 : 0.0625}, stage_material(s, &black));
+      (double[3]){0, 0, r->ceiling ? 4 : 0.0625}, stage_material(s, &black));
   if (r->lamp == LAMP_MESH) room_add_lamp_mesh(s, r, &shining);
 
   if (r->pane) { /* of its two sides each is a mesh of its own */
@@ -122,8 +120,8 @@ static pktrt_scene *room_open(const room *r) {
 enum { ROOM_SIDE = 24, ROOM_FLOATS = 3 * ROOM_SIDE * ROOM_SIDE };
 
 /* Renders the room from a place and towards one, in its own coordinates. */
-static void room_render(const room *r, const pktrt_render_desc *how, const double eye[3], const double target[3],
-                        float *pixels) {
+static void room_render(
+    const room *r, const pktrt_render_desc *how, const double eye[3], const double target[3], float *pixels) {
   pktrt_render_desc d = *how;
   pktrt_scene *s = room_open(r);
 
@@ -206,7 +204,7 @@ static void flush_lights(void) {
     in_frame[r.frame - frames]++;
     if (room_is_tilted(&r) && r.lamp == LAMP_POINT) grazing += n->wrong - before, n->wrong = before;
     CHECK(n->wrong == before, "case %u, lamp %d %s, scale %g, away %g, mode %d, lights %d, pane %d: %zu pixels", i,
-          (int)r.lamp, r.frame->name, r.scale, r.offset.x, (int)how.mode, (int)how.lights, r.pane, n->wrong - before);
+        (int)r.lamp, r.frame->name, r.scale, r.offset.x, (int)how.mode, (int)how.lights, r.pane, n->wrong - before);
 
     r.behind = 3 * 0x1p-20 + 0x1p-22 * r.offset.z;
     room_render(&r, &how, eye, target, behind);
@@ -235,9 +233,9 @@ static void flush_lamps_are_seen(void) {
     pktrt_specular floor;
     float exponent;
   } views[] = {{"by the camera", {2, 0.5, 1.75}, {2, 3, 1.5}, PKTRT_SPECULAR_NONE, 0},
-               {"in a mirror", {2, 1, 3}, {2, 0, 2.5}, PKTRT_SPECULAR_MIRROR, 0},
-               {"in a coat", {2, 1, 3}, {2, 0, 2.5}, PKTRT_SPECULAR_COAT, 0},
-               {"by lobes", {2, 1, 3}, {2, 0, 2.5}, PKTRT_SPECULAR_MIRROR, 40}};
+      {"in a mirror", {2, 1, 3}, {2, 0, 2.5}, PKTRT_SPECULAR_MIRROR, 0},
+      {"in a coat", {2, 1, 3}, {2, 0, 2.5}, PKTRT_SPECULAR_COAT, 0},
+      {"by lobes", {2, 1, 3}, {2, 0, 2.5}, PKTRT_SPECULAR_MIRROR, 40}};
   float got[ROOM_FLOATS], want[ROOM_FLOATS], behind[ROOM_FLOATS];
 
   for (size_t v = 0; v < COUNT(views); v++) {
@@ -271,8 +269,8 @@ static void flush_lamps_are_seen(void) {
     say("%s: %zu of %zu pixels lit, %zu differ, %zu from behind", views[v].name, sum.lit, sum.pixels, sum.wrong,
         from_behind);
     CHECK(sum.wrong == 0, "%s: %zu pixels of %zu differ", views[v].name, sum.wrong, sum.lit);
-    CHECK(sum.lit * 20 > sum.pixels && from_behind == 0, "the controls: %zu lit, %zu from behind", sum.lit,
-          from_behind);
+    CHECK(
+        sum.lit * 20 > sum.pixels && from_behind == 0, "the controls: %zu lit, %zu from behind", sum.lit, from_behind);
   }
 }
 
@@ -403,7 +401,7 @@ static void wide_lights(void) {
       snprintf(name, sizeof name, "%s of %g", names[kind], sizes[i]);
       check_estimate(name, &e, want, 0.95 * want, 0.01);
       CHECK(fabs(lobe.mean[0] - shiny.mean[0]) < 4 * error + 1e-3 && error < 0.02 && shiny.mean[0] > 0.02,
-            "%s in a lobe: %g, not %g", name, shiny.mean[0], lobe.mean[0]);
+          "%s in a lobe: %g, not %g", name, shiny.mean[0], lobe.mean[0]);
     }
   }
 }

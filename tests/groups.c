@@ -135,7 +135,7 @@ static void deform(parts *p, uint32_t source, uint64_t seed) {
   for (uint32_t k = 0; k < PIECES; k++)
     for (uint32_t key = 0; key < m->keys && p->of[k].source == source && p->of[k].there; key++)
       CHECK(pktrt_set_positions(p->s, p->of[k].index, key, m->p + (size_t)key * m->nv * 3) == PKTRT_OK, "%s",
-            pktrt_last_error(p->s));
+          pktrt_last_error(p->s));
 }
 static void show(parts *p, uint32_t k, bool enabled) {
   if (!p->of[k].there) return;
@@ -246,8 +246,8 @@ static void what_is_seen_has_the_bits_of_a_scene_of_it(void) {
       parts_close(&p);
     }
   CHECK(c.wrong == 0 && c.hits > 1000, "%zu of %zu hits", c.wrong, c.hits);
-  CHECK(c.early == 0 && c.changed > 100, "%zu answers changed before the commit or refit, %zu by it", c.early,
-        c.changed);
+  CHECK(
+      c.early == 0 && c.changed > 100, "%zu answers changed before the commit or refit, %zu by it", c.early, c.changed);
   say("%zu changes, %zu hits: %zu answers differ from those of a scene of what is seen, %zu did not wait; control: %zu "
       "changed at the commit or refit",
       COUNT(steps) * (size_t)(isa_count + 2), c.hits, c.wrong, c.early, c.changed);
@@ -317,7 +317,7 @@ static void odd_groups_harm_nothing(void) {
       world_free(&w);
     }
   CHECK(wrong == 0 && hits > 250 * (size_t)isa_count && control > 100, "%zu of %zu differ, control %zu", wrong, hits,
-        control);
+      control);
   say("%zu hits, %zu differ; control, one hidden: %zu differ", hits, wrong, control);
 }
 
@@ -526,7 +526,7 @@ static void masks_choose_instances(void) {
     places_close(&p);
   }
   CHECK(wrong == 0 && hits > 250 * (size_t)isa_count && control > 10, "%zu of %zu differ, control %zu", wrong, hits,
-        control);
+      control);
   say("masks of %d instances and of the meshes of two models: %zu hits, %zu differ; control, a mask said to be "
       "another: "
       "%zu differ",
@@ -536,8 +536,8 @@ static void masks_choose_instances(void) {
 static void show_place(places *p, uint32_t k, bool enabled) {
   placed *x = &p->of[k];
   if (!x->there) return;
-  CHECK(pktrt_set_enabled(p->s, x->first + model_size(x->model) - 1, enabled) == PKTRT_OK, "%s",
-        pktrt_last_error(p->s));
+  CHECK(
+      pktrt_set_enabled(p->s, x->first + model_size(x->model) - 1, enabled) == PKTRT_OK, "%s", pktrt_last_error(p->s));
   x->hidden = !enabled;
 }
 static void take_place(places *p, uint32_t k) {
@@ -581,7 +581,7 @@ static void hidden_and_removed_instances_are_not_seen(void) {
     pktrt_scene_info info;
     pktrt_get_scene_info(p.s, &info);
     CHECK(info.instance_count == PLACES && p.of[0].index < PLACES && p.of[9].index < PLACES, "%u instances",
-          (unsigned)info.instance_count);
+        (unsigned)info.instance_count);
     places_close(&p);
   }
   CHECK(c.wrong == 0 && c.hits > 1000, "%zu of %zu differ", c.wrong, c.hits);
@@ -625,8 +625,8 @@ static void what_is_gone_is_refused_by_name(void) {
   says(s, pktrt_remove_instance(s, PLACES), no, "remove_instance: there is no instance 14 among 14");
   says(s, pktrt_remove_mesh(s, p.of[2].first), no, "remove_mesh: mesh");
   says(s, pktrt_remove_mesh(s, p.of[2].first), no, "belongs to instance 2");
-  CHECK(pktrt_remove_mesh(NULL, 0) == no && pktrt_remove_instance(NULL, 0) == no &&
-        pktrt_set_enabled(NULL, 0, 1) == no);
+  CHECK(
+      pktrt_remove_mesh(NULL, 0) == no && pktrt_remove_instance(NULL, 0) == no && pktrt_set_enabled(NULL, 0, 1) == no);
   CHECK(mesh_add(s, &p.w.m[1], &gone) == PKTRT_OK && pktrt_remove_mesh(s, gone) == PKTRT_OK);
   says(s, pktrt_refit(s), PKTRT_NOT_COMMITTED, "was removed since the last commit");
   settle(s, false), settle(s, true);
@@ -730,7 +730,7 @@ static void indices_are_used_again(void) {
   settle(s, false);
   pktrt_get_scene_info(s, &info);
   CHECK(info.mesh_count == 4 && info.triangles == 32 + 128 + 32, "%u indices, %llu triangles",
-        (unsigned)info.mesh_count, (unsigned long long)info.triangles);
+      (unsigned)info.mesh_count, (unsigned long long)info.triangles);
   CHECK(pktrt_winding(s, 1, (const float[3]){0, 0, 0}, 0) == 0, "nothing is there");
   CHECK(add_sphere(s, 4, 0) == 1, "a larger mesh gets that index");
   CHECK(add_sphere(s, 3, 2) == 4, "once");
@@ -740,7 +740,7 @@ static void indices_are_used_again(void) {
   settle(s, false);
   pktrt_get_scene_info(s, &info);
   CHECK(info.mesh_count == 7 && info.triangles == 32 + 512 + 32 + 32 + 2048 + 512 + 32, "%u indices, %llu triangles",
-        (unsigned)info.mesh_count, (unsigned long long)info.triangles);
+      (unsigned)info.mesh_count, (unsigned long long)info.triangles);
   for (uint32_t i = 0; i < 7; i++)
     CHECK(pktrt_winding(s, i, (const float[3]){0, 0, 0}, 0) == 1, "mesh %u is there", (unsigned)i);
   pktrt_scene_destroy(s);
@@ -748,8 +748,8 @@ static void indices_are_used_again(void) {
 
 /* One of several things that come and go: of one group, of a new group each time, not committed before they go, of a mask
    each time; instances of two models. */
-static const char *const rounds_of[5] = {"one group", "a group each time", "gone before the commit", "a mask each time",
-                                         "instances"};
+static const char *const rounds_of[5] = {
+    "one group", "a group each time", "gone before the commit", "a mask each time", "instances"};
 static uint32_t go_round(pktrt_scene *s, int what, uint32_t round, const mesh *m) {
   uint32_t index[3], most = 0;
   for (uint32_t k = 0; k < 3; k++) {
@@ -761,13 +761,13 @@ static uint32_t go_round(pktrt_scene *s, int what, uint32_t round, const mesh *m
     d.group = what == 1 ? 1 + round * 3 + k : 1 + k, d.mask = what == 3 ? 1 + round : 0;
     d.triangle_count -= (round + k) % 4;
     CHECK((what == 4 ? pktrt_add_instance(s, &place, &index[k]) : pktrt_add_mesh(s, &d, &index[k])) == PKTRT_OK, "%s",
-          pktrt_last_error(s));
+        pktrt_last_error(s));
     most = index[k] > most ? index[k] : most;
   }
   if (what != 2) settle(s, false);
   for (uint32_t k = 0; k < 3; k++)
     CHECK((what == 4 ? pktrt_remove_instance(s, index[k]) : pktrt_remove_mesh(s, index[k])) == PKTRT_OK, "%s",
-          pktrt_last_error(s));
+        pktrt_last_error(s));
   settle(s, false);
   return most;
 }
@@ -778,7 +778,7 @@ static void coming_and_going_takes_no_more_memory(void) {
     pktrt_scene *s = open_scene(PKTRT_ISA_AUTO);
     const pktrt_mesh_desc d = mesh_desc(&w.m[0]);
     CHECK(!pktrt_add_mesh(s, &d, NULL) && !pktrt_add_model(s, &d, 1, NULL) && !pktrt_add_model(s, &d, 1, NULL), "%s",
-          pktrt_last_error(s));
+        pktrt_last_error(s));
     settle(s, false);
     size_t early = 0, largest = 0;
     uint32_t index = 0;
@@ -815,7 +815,7 @@ static void memory_comes_back_at_the_commit(void) {
   }
   CHECK(waiting == full, "until the commit it is there");
   CHECK(bytes[1] <= bytes[0] + N * INDEX && before[1] > bytes[0] + 100 * N * INDEX,
-        "%zu bytes, never had: %zu, full: %zu", bytes[1], bytes[0], before[1]);
+      "%zu bytes, never had: %zu, full: %zu", bytes[1], bytes[0], before[1]);
   say("%d meshes came and went: %zu bytes, %zu with them; of a scene that never had them %zu", N, bytes[1], before[1],
       bytes[0]);
 }
@@ -832,7 +832,7 @@ static void open_both(parts *p) {
   const pktrt_instance_desc at = {0, 1, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
   CHECK(!add_model(&model, p->s, all, false, NULL) && !pktrt_add_instance(p->s, &at, NULL) &&
             !pktrt_add_instance(p->s, &at, NULL),
-        "%s", pktrt_last_error(p->s));
+      "%s", pktrt_last_error(p->s));
   remove_all(p), add_in_many(p), settle(p->s, false);
 }
 /* The calls of a change, of which each may fail: made again, those that are done already do no harm. */
@@ -955,7 +955,7 @@ static void a_commit_builds_the_group_that_changed(void) {
     const size_t triangles = 128, one = commit_peak(groups, true, false), all = commit_peak(groups, false, false);
     const size_t fitted = commit_peak(groups, true, true);
     CHECK(one < 1000 * triangles && all > 5 * one, "%u groups: %zu bytes, without groups %zu", (unsigned)groups, one,
-          all);
+        all);
     CHECK(fitted == 0, "a refit takes %zu bytes", fitted);
     say("%u meshes of many triangles, and one of %zu that has changed: its commit takes %zu bytes; control, without "
         "groups: %zu",
@@ -1017,11 +1017,8 @@ static void pictures_show_what_is_seen(void) {
     const char *name;
     bool grouped;
     int more; /* 1: hidden, 2: removed, 3: seen, the control */
-  } kinds[] = {{"in groups", true, 0},
-               {"with hidden meshes", false, 1},
-               {"with hidden meshes in groups", true, 1},
-               {"with removed meshes", false, 2},
-               {"with removed meshes in groups", true, 2}};
+  } kinds[] = {{"in groups", true, 0}, {"with hidden meshes", false, 1}, {"with hidden meshes in groups", true, 1},
+      {"with removed meshes", false, 2}, {"with removed meshes in groups", true, 2}};
   size_t pictures = 0, wrong = 0, control = 0;
   pktrt_scene *plain = picture_scene(false, 0, PKTRT_ISA_AUTO);
   for (int mode = 0; mode < 3; mode++) picture_of(plain, mode, PKTRT_PATH_FAST, want[mode]);
@@ -1068,9 +1065,9 @@ static void each_group_moves_alone(void) {
       const pktrt_ray there = ray_of(10 * (float)k + 0.3f, 300.2f, -9, 0, 0, 1),
                       here = ray_of(10 * (float)k + 0.3f, 0.2f, -9, 0, 0, 1);
       CHECK(pktrt_intersect(s, &there, &hit) && hit.mesh == k, "group %u of %u is where it was put", (unsigned)k,
-            (unsigned)counts[c]);
+          (unsigned)counts[c]);
       CHECK(!pktrt_intersect(s, &here, &hit), "group %u of %u is no longer where it was", (unsigned)k,
-            (unsigned)counts[c]);
+          (unsigned)counts[c]);
       mesh_free(&moved);
     }
     pktrt_scene_destroy(s);
@@ -1096,7 +1093,7 @@ static void pictures_tell_what_waits(void) {
   hooks.last_log[0] = 0;
   picture_of(s, PKTRT_MODE_WRT, PKTRT_PATH_FAST, pixels);
   CHECK(!strstr(hooks.last_log, "since the last commit"), "after the commit nothing waits, and yet: \"%s\"",
-        hooks.last_log);
+      hooks.last_log);
   pktrt_scene_destroy(s);
 }
 

@@ -179,12 +179,9 @@ typedef struct inputs {
 } inputs;
 
 static inputs inputs_of(const stand *st, size_t n) {
-  const inputs in = {input_of(st->rays, n * sizeof *st->rays),
-                     input_of(st->hits, n * sizeof *st->hits),
-                     input_of(st->directions, n * 12),
-                     input_of(st->times, n * 4),
-                     input_of(st->points, n * 12),
-                     input_of(st->queries, n * sizeof *st->queries)};
+  const inputs in = {input_of(st->rays, n * sizeof *st->rays), input_of(st->hits, n * sizeof *st->hits),
+      input_of(st->directions, n * 12), input_of(st->times, n * 4), input_of(st->points, n * 12),
+      input_of(st->queries, n * sizeof *st->queries)};
   return in;
 }
 
@@ -264,11 +261,8 @@ static void guard_coordinates(const stand *st, size_t n) {
   }
   input rows[ROWS];
   for (int row = 0; row < ROWS; row++) rows[row] = input_of(values[row], 4 * n);
-  const pktrt_rays rays = {{rows[0].array, rows[1].array, rows[2].array},
-                           {rows[3].array, rows[4].array, rows[5].array},
-                           rows[TMIN].array,
-                           rows[TMAX].array,
-                           rows[TIME].array};
+  const pktrt_rays rays = {{rows[0].array, rows[1].array, rows[2].array}, {rows[3].array, rows[4].array, rows[5].array},
+      rows[TMIN].array, rows[TMAX].array, rows[TIME].array};
   for (int path = 0; path < 4; path++) {
     pktrt_query_desc query;
     memset(&query, 0, sizeof query);
@@ -277,8 +271,8 @@ static void guard_coordinates(const stand *st, size_t n) {
     enum { OUTPUTS = 8 };
     guarded g[OUTPUTS];
     for (int k = 0; k < OUTPUTS; k++) g[k] = guarded_array(n, 4);
-    pktrt_hits hits = {g[0].array, g[1].array, g[2].array, {g[3].array, g[4].array, g[5].array},
-                       g[6].array, g[7].array};
+    pktrt_hits hits = {
+        g[0].array, g[1].array, g[2].array, {g[3].array, g[4].array, g[5].array}, g[6].array, g[7].array};
     if (path == 0) pktrt_intersect_soa(st->scene, &rays, &hits, n);
     else pktrt_intersect_soa_ex(st->scene, &query, &rays, &hits, n);
     for (int k = 0; k < OUTPUTS; k++) check_filled(&g[k], 4, "pktrt_intersect_soa", n);
@@ -332,7 +326,7 @@ static void crossings_fill_their_room(void) {
         guarded g = guarded_array(capacity, sizeof(pktrt_hit));
         const size_t told = pktrt_intersect_all(st.scene, &st.rays[i], g.array, capacity);
         CHECK(told == count && same_bits(g.array, all, kept * sizeof *all), "ray %u, room for %zu of %zu", i, capacity,
-              count);
+            count);
         check_guards(&g, "pktrt_intersect_all", capacity);
       }
     }

@@ -300,10 +300,12 @@
 /* What programs define themselves */
 #define COUNT(array) HOSTILE
 #define NAME HOSTILE
-#define OP HOSTILE
+#define VOP HOSTILE
 #define STEP HOSTILE
+#define SMALL HOSTILE
+#define SHARED HOSTILE
 #define UNROLL HOSTILE
-#define FW HOSTILE
+#define FRUSTUM_WIDTH HOSTILE
 #define INSTANCE HOSTILE
 #define MIN(a, b) HOSTILE
 #define MAX(a, b) HOSTILE

@@ -37,14 +37,14 @@ C
 cat >$work/own.c <<'C'
 #define NAME(x) x##_of_mine
 #define COUNT 3
-#define OP 5
+#define VOP 5
 #define STEP 7
 #define UNROLL 11
-#define FW 13
+#define FRUSTUM_WIDTH 13
 #define INSTANCE 17
 #define PKTRT_IMPLEMENTATION
 #include HEADER
-typedef char NAME(still)[COUNT * OP * STEP * UNROLL * FW * INSTANCE == 3 * 5 * 7 * 11 * 13 * 17 ? 1 : -1];
+typedef char NAME(still)[COUNT * VOP * STEP * UNROLL * FRUSTUM_WIDTH * INSTANCE == 3 * 5 * 7 * 11 * 13 * 17 ? 1 : -1];
 C
 printf '#include <%s>\n' complex.h tgmath.h math.h >$work/tgmath.c
 printf '#include <%s>\n' X11/Xlib.h X11/Xutil.h X11/keysym.h >$work/x11.c
@@ -82,7 +82,7 @@ for name in windows windows_all; do
 done
 
 # The control: a name of the list in the header is noticed.
-sed 's/^static void pktrt__log_sentence(.*{$/&\n  int near = level; (void)near;/' "$header" >$work/near.h
+sed 's/^static void pk_log_sentence(.*{$/&\n  int near = level; (void)near;/' "$header" >$work/near.h
 grep -q 'int near' $work/near.h || { echo "FAILED  the control was not made"; failed=$((failed + 1)); }
 attempt "control: a header that says near" fails gcc -std=gnu99 -fsyntax-only "-DHEADER=\"near.h\"" "-DPKTRT_HEADER_FILENAME=\"near.h\"" $work/list.c
 

@@ -36,8 +36,8 @@ static void shuffle(buffers *b, const pktrt_ray *rays, size_t n, rng *r) {
   for (size_t i = 0; i < n; i++) b->shuffled[i] = rays[b->order[i]];
 }
 
-static void soa(const pktrt_scene *s, const pktrt_query_desc *q, buffers *b, const pktrt_ray *rays, size_t n,
-                bool part) {
+static void soa(
+    const pktrt_scene *s, const pktrt_query_desc *q, buffers *b, const pktrt_ray *rays, size_t n, bool part) {
   for (size_t i = 0; i < n; i++) {
     for (int k = 0; k < 3; k++) b->in[k][i] = rays[i].origin[k], b->in[3 + k][i] = rays[i].direction[k];
     b->in[6][i] = rays[i].tmin, b->in[7][i] = rays[i].tmax, b->in[8][i] = rays[i].time;
@@ -149,11 +149,11 @@ static void run_job(void *arg, size_t index) {
       wrong++;
       const pktrt_ray *x = &b->ray[from + i];
       CHECK(false, "%s%s, %s, variant %d: %s", j->w->m[0].keys > 1 ? "moving " : "", ray_kind_name[j->kind],
-            pktrt_isa_string(isas[k]), variant, same ? "occlusion differs" : "hit differs");
+          pktrt_isa_string(isas[k]), variant, same ? "occlusion differs" : "hit differs");
       CHECK(false, "  o %a %a %a  time %a (ray %zu)", (double)x->origin[0], (double)x->origin[1], (double)x->origin[2],
-            (double)x->time, j->first + from + i);
+          (double)x->time, j->first + from + i);
       CHECK(false, "  want %u %u t %a, got %u %u t %a", want->mesh, want->triangle, (double)want->t, b->got[i].mesh,
-            b->got[i].triangle, (double)b->got[i].t);
+          b->got[i].triangle, (double)b->got[i].t);
       break;
     }
   }

@@ -27,8 +27,8 @@ static uint32_t random_bits(void) {
 static float random_between(double lo, double hi) { return (float)(lo + (hi - lo) * random_bits() / 16777216); }
 
 /* Runs a loader with standard error kept; returns whether it refused by one line that names the file. */
-static bool refuses(image *picture, const char *name, const void *bytes, size_t size, bool from_file, char *said,
-                    size_t room) {
+static bool refuses(
+    image *picture, const char *name, const void *bytes, size_t size, bool from_file, char *said, size_t room) {
   FILE *kept = tmpfile();
   const int before = dup(STDERR_FILENO);
   if (!kept || before < 0) exit(2);
@@ -422,11 +422,11 @@ static void texture(void) {
     const float *low_left = pixels + (size_t)3 * PIXELS * (PIXELS - 1);
     const float *low_right = pixels + (size_t)3 * (PIXELS * PIXELS - 1);
     snprintf(text, sizeof text, "%.3g %.3g %.3g, below %.3g %.3g %.3g", (double)left[0], (double)right[1],
-             (double)right[2], (double)low_left[2], (double)low_right[0], (double)low_right[2]);
+        (double)right[2], (double)low_left[2], (double)low_right[0], (double)low_right[2]);
     if (pass == 0)
       check(about(left, 1, 0, 0, 0.01) && about(right, 0, 1, 0, 0.01) && about(low_left, 0, 0, 1, 0.01) &&
                 about(low_right, 1, 1, 1, 0.01),
-            "a picture stands upright on a square, its colour as albedo", text);
+          "a picture stands upright on a square, its colour as albedo", text);
     else check(about(left, 1, 0, 0, 0.01) && about(low_right, 0, 0, 0.25, 0.01), "a cutout is cut out by alpha", text);
     pktrt_scene_destroy(world);
   }
@@ -503,9 +503,9 @@ static void environment(void) {
   render(world, &view, pixels);
   const float *above = pixels + (size_t)3 * (PIXELS / 2), *below = above + (size_t)3 * PIXELS * (PIXELS - 1);
   snprintf(text, sizeof text, "above %.3g %.3g, below %.3g %.3g", (double)above[0], (double)above[2], (double)below[0],
-           (double)below[2]);
+      (double)below[2]);
   check(about(above, 0, 0, 1, 0.01) && about(below, 1, 0, 0, 0.01), "a camera sees the sky above and the ground below",
-        text);
+      text);
   pktrt_scene_destroy(world);
   image_free(&picture);
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# What `make install` puts, and programs that find it: by pkg-config, and by what the README says of CMake (FetchContent,
+# What `make install` puts, and programs that find it: by pkg-config, and by what the manual says of CMake (FetchContent,
 # find_package, add_subdirectory), as C and as C++; Debug programs whose implementation is optimised, and sanitizers, by the
-# README's lines; and one program with several copies of the header, of different versions. All in folders whose names have blanks.
+# manual's lines; and one program with several copies of the header, of different versions. All in folders whose names have blanks.
 # usage: install.sh, from the project's directory
 set -u
 unset MAKEFLAGS MAKELEVEL MFLAGS DESTDIR PREFIX CFLAGS CXXFLAGS LDFLAGS # of the make that runs this
@@ -13,7 +13,7 @@ CC=${CC:-cc} CXX=${CXX:-c++}
 . tests/attempt.sh
 warnings=(-Wall -Wextra -Wpedantic -Werror)
 small=(-O0 -DPKTRT_NO_RENDER -DPKTRT_NO_SIMD -DPKTRT_NO_MOTION -DPKTRT_NO_PAPER -DPKTRT_NO_STATS -DPKTRT_NO_INSTANCES
-  -DPKTRT_NO_GROUPS -DPKTRT_NO_REMOVAL -DPKTRT_NO_SURFACES -DPKTRT_NO_POOLS -DPKTRT_NO_CLOSEST
+  -DPKTRT_NO_GROUPS -DPKTRT_NO_REMOVAL -DPKTRT_NO_SURFACES -DPKTRT_NO_POOLS -DPKTRT_NO_CLOSEST -DPKTRT_NO_QUALITIES
   -DPKTRT_NO_FRUSTA) # where it is found does not depend on what it has
 version=$(awk '/^#define PKTRT_VERSION/ {print $3}' pktrt.h)
 
@@ -157,15 +157,15 @@ if have cmake git "$CXX"; then
   cp -R examples/cmake "$repository/examples/"
   commit=$(cd "$repository" && git init -q . && git add . && git -c user.name=x -c user.email=x@x -c commit.gpgsign=false commit -q -m x &&
     git rev-parse HEAD)
-  readme=$(awk '/^```cmake$/ {on = 1; next} /^```$/ {on = 0} on' README.md)
-  lines=$(sed "s|<url>|\"file://$repository\"|; s|<commit>|$commit|" <<<"$readme")
-  attempt "the README has three lines for CMake" [ "$(wc -l <<<"$readme")" = 3 ]
+  text=$(awk '/^```cmake$/ {on = 1; next} /^```$/ {on = 0} on' examples/manual.md)
+  lines=$(sed "s|<url>|\"file://$repository\"|; s|<commit>|$commit|" <<<"$text")
+  attempt "the manual has three lines for CMake" [ "$(wc -l <<<"$text")" = 3 ]
   project_of "fetched in C" C <<CMAKE
 $lines
 add_executable(program main.c)
 target_link_libraries(program PRIVATE pktrt::pktrt)
 CMAKE
-  attempt "FetchContent by the README's lines: a C program that holds the implementation" \
+  attempt "FetchContent by the manual's lines: a C program that holds the implementation" \
     by_cmake "fetched in C" program "${small_cmake[@]}"
   attempt "a library that nobody links is not compiled" no_static_library "fetched in C"
   project_of "fetched in C++" CXX <<CMAKE
@@ -258,11 +258,11 @@ debug="$root/debug"
 mkdir -p "$debug"
 printf '%s\n' '#ifndef __OPTIMIZE__' '#error "the implementation is not optimised"' '#endif' '#define PKTRT_IMPLEMENTATION' \
   '#include "../../../../pktrt.h"' >"$debug/pktrt.c"
-printf '%s\n' '#ifdef __OPTIMIZE__' '#error "the program is optimised"' '#endif' '#define PKTRT__IMPLEMENTED' '#define PKTRT__ENTRY_POINTS' \
+printf '%s\n' '#ifdef __OPTIMIZE__' '#error "the program is optimised"' '#endif' '#define PK_IMPLEMENTED' '#define PK_ENTRY_POINTS' \
   '#include "../../../../tests/checksum.c"' >"$debug/program.c"
 printf '%s\n' 'program: program.o pktrt.o' "$(printf '\t')"'$(CC) $(CFLAGS) program.o pktrt.o -o $@ -lm' >"$debug/Makefile.without"
-readme_line() { grep -o "\`$1[^\`]*\`" README.md | tr -d '`'; } # how it begins
-{ cat "$debug/Makefile.without" && readme_line 'pktrt\.o: '; } >"$debug/Makefile"
+manual_line() { grep -oh "\`$1[^\`]*\`" examples/manual.md | tr -d '`'; } # how it begins
+{ cat "$debug/Makefile.without" && manual_line 'pktrt\.o: '; } >"$debug/Makefile"
 by_make() { make -C "$debug" CC="$CC" CFLAGS="-O0 -g" "$@"; }
 timed() { # file, command...: its seconds of processor time
   local file=$1 TIMEFORMAT=%U
@@ -272,7 +272,7 @@ timed() { # file, command...: its seconds of processor time
 keeps_the_bits() { # program
   "$debug/$1" | sed '/^by /d' | diff tests/checksum.txt -
 }
-attempt "control: without the README's line for make the implementation is not optimised" \
+attempt "control: without the manual's line for make the implementation is not optimised" \
   mentions "the implementation is not optimised" by_make -f Makefile.without
 attempt "by that line it is, in a program that is not" timed "$debug/seconds" by_make
 attempt "this has the bits that are kept" keeps_the_bits program
@@ -281,18 +281,18 @@ if command -v cmake >/dev/null; then # what is skipped has been said
     project_of "$name" C <<CMAKE
 add_executable(program program.c pktrt.c)
 target_link_libraries(program PRIVATE m)
-$([ "$name" = "debug without" ] || readme_line set_source_files_properties)
+$([ "$name" = "debug without" ] || manual_line set_source_files_properties)
 CMAKE
     sed 's,"../../../../pktrt.h",<pktrt.h>,' "$debug/pktrt.c" >"$root/$name/pktrt.c"
     { head -3 "$debug/program.c" && cat "$root/user.c"; } >"$root/$name/program.c"
   done
   flags=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_C_FLAGS=${switches[*]/#/-D} -I../../../../..")
-  attempt "by the README's line for CMake it is, too" by_cmake "debug by CMake" program "${flags[@]}"
+  attempt "by the manual's line for CMake it is, too" by_cmake "debug by CMake" program "${flags[@]}"
   attempt "control: without it is not" mentions "the implementation is not optimised" by_cmake "debug without" program "${flags[@]}"
 fi
 
 # Sanitizers, beside the time of -O2 -g and of the program, which are 1.3 times that of -O2.
-read -ra sanitizers < <(readme_line '-O0 -g -fsanitize')
+read -ra sanitizers < <(manual_line '-O0 -g -fsanitize')
 cat >"$debug/short.c" <<'C'
 #include "../../../../pktrt.h"
 #include <stdlib.h>
@@ -310,7 +310,7 @@ linked() { "$CC" "${sanitizers[@]}" "$debug/$1.c" "$debug/sanitised.o" -o "$debu
 takes_twice_at_most() { # files with seconds
   awk '{ print; s[NR] = $1 } END { exit !(NR == 2 && s[1] > 0 && s[2] <= 2 * s[1] / 1.3) }' "$@"
 }
-attempt "with sanitizers, as the README has it, it compiles" timed "$debug/seconds-sanitised" sanitised
+attempt "with sanitizers, as the manual has it, it compiles" timed "$debug/seconds-sanitised" sanitised
 attempt "in twice the time of -O2 at most" takes_twice_at_most "$debug/seconds" "$debug/seconds-sanitised"
 attempt "a program is linked with it" linked program
 attempt "this has the bits that are kept, and nothing is found" keeps_the_bits program-sanitised

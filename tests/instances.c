@@ -84,7 +84,7 @@ static void powers_of_two_are_predicted(void) {
   world_free(&w), world_free(&scaled_up);
 }
 
-/* --- anything else: the ray that >>places defines, asked of the model alone --- */
+/* --- anything else: the ray that >>frames defines, asked of the model alone --- */
 
 enum { FIELD = 48, KEYS = 3 };
 typedef struct field {
@@ -254,7 +254,7 @@ static void crossings_of_coincident_triangles(void) {
     for (bool more = pktrt_intersect(s, &ray, &next); more && one_by_one < 16; one_by_one++) {
       const uint32_t k = (uint32_t)one_by_one;
       CHECK(next.mesh == k / 3 && next.triangle == k % 3, "%u: mesh %u, triangle %u", (unsigned)k, (unsigned)next.mesh,
-            (unsigned)next.triangle);
+          (unsigned)next.triangle);
       CHECK(one_by_one < n && same_bits(&next, &list[k], sizeof next));
       more = pktrt_intersect_after(s, &ray, &next, &next);
     }
@@ -351,8 +351,8 @@ static void needles_in_instances_have_their_normals(void) {
 
     for (int k = 0; k < 40; k++) {
       const float part = rng_range(&r, 0.3f, 0.9f), side = k & 1 ? 1.0f : -1.0f;
-      const float point[3] = {part * model[1][0], part * model[1][1],
-                              nextafterf(part * model[1][2], k & 2 ? 1.0f : 0.0f)};
+      const float point[3] = {
+          part * model[1][0], part * model[1][1], nextafterf(part * model[1][2], k & 2 ? 1.0f : 0.0f)};
       const float way[3] = {side * rng_range(&r, 0.5f, 1), -side * rng_range(&r, 0.5f, 1), 0};
       float origin[3], direction[3];
       pktrt_hit hit[2];
@@ -376,7 +376,7 @@ static void needles_in_instances_have_their_normals(void) {
     for (int k = 0; k < 2; k++) pktrt_scene_destroy(s[k]);
   }
   CHECK(wrong == 0 && hits > needles && thin > needles / 2 && reversed == hits, "%zu of %zu hits wrong, %zu thin",
-        wrong, hits, thin);
+      wrong, hits, thin);
   say("%zu needles, %zu of them thinner than 2^-28: %zu hits, %zu have other normals; control, turned round: %zu",
       needles, thin, hits, wrong, reversed);
 }
@@ -403,7 +403,7 @@ static void rays_leave_instances(void) {
     }
   }
   CHECK(rays > 100 && met == 0 && control > rays / 20, "%zu rays, %zu meet what they left, control %zu", rays, met,
-        control);
+      control);
   say("%zu rays: %zu meet the triangle that they left; control without pktrt_spawn: %zu", rays, met, control);
   field_close(&f);
 }
@@ -467,7 +467,7 @@ static void mistakes_are_refused_by_name(void) {
   bad = mesh_desc(&w.m[0]), bad.triangle_count = 0, d.model = 1, d.key_count = 1, d.transforms = NULL;
   pktrt_scene *empty = placed(&w, PKTRT_ISA_AUTO, NULL);
   CHECK(!pktrt_add_model(empty, &bad, 1, NULL) && !pktrt_add_instance(empty, &d, NULL) && !pktrt_commit(empty),
-        "a model without triangles is fine: %s", pktrt_last_error(empty));
+      "a model without triangles is fine: %s", pktrt_last_error(empty));
   pktrt_scene_destroy(empty);
   d.model = 0;
   d.key_count = 1, d.transforms = NULL;
@@ -553,8 +553,8 @@ static void moving_meshes_beside_instances(void) {
   for (int k = 0; k < isa_count; k++)
     for (int moving = 0; moving < 2; moving++) {
       world beside = world_moving(2), model = moving ? world_moving(1) : world_static(1);
-      pktrt_scene *s[2] = {open_scene(isas[k]),
-                           open_scene(isas[k])}; /* the second for the control: nothing is beside */
+      pktrt_scene *s[2] = {
+          open_scene(isas[k]), open_scene(isas[k])}; /* the second for the control: nothing is beside */
       for (int i = 0; i < 2; i++) {
         for (uint32_t m = 0; m < beside.n && i == 0; m++) CHECK(mesh_add(s[i], &beside.m[m], NULL) == PKTRT_OK);
         const uint32_t of = add_model(s[i], &model);
@@ -573,7 +573,7 @@ static void moving_meshes_beside_instances(void) {
       world_free(&beside), world_free(&model);
     }
   CHECK(wrong == 0 && hits > 250 * (size_t)isa_count && control > 100, "%zu of %zu differ, control %zu", wrong, hits,
-        control);
+      control);
   say("%zu hits, %zu differ from those of each ray alone; control, nothing beside: %zu differ", hits, wrong, control);
 }
 
@@ -735,7 +735,7 @@ static void hidden_ones_are_shown(void) {
   CHECK(pktrt_refit(one) == PKTRT_OK);
   const size_t differ = crowd_differences(one, all, &hits);
   CHECK(differ == 0 && control > 20 && hits > 500, "%zu rays differ, while a third was hidden %zu, of %zu hits", differ,
-        control, hits);
+      control, hits);
   pktrt_scene_destroy(one), pktrt_scene_destroy(all);
 }
 
@@ -773,7 +773,7 @@ static void moving_one_looks_at_no_other(void) {
   differ = crowd_differences(one, all, &hits);
   CHECK(differ == 0, "%zu rays differ", differ);
   CHECK(control > 20 && hits > 500 && all_hooks.handed_out > 1, "control: %zu rays, %zu hits, %u pieces of work",
-        control, hits, (unsigned)all_hooks.handed_out);
+      control, hits, (unsigned)all_hooks.handed_out);
   say("%d refits after one of %d moved: %u pieces of work, all at once: %u; %zu rays differ of 3000, before: %zu",
       CROWD_MOVES, CROWD, (unsigned)one_hooks.handed_out, (unsigned)all_hooks.handed_out, differ, control);
   pktrt_scene_destroy(one), pktrt_scene_destroy(all);
@@ -807,7 +807,7 @@ static void dear_commits_are_told(void) {
     const uint32_t small = dear_commits(kind, 40, 60, 1), many = dear_commits(kind, 400, 36, 400);
     CHECK(told == 1, "kind %d: told %u times", kind, (unsigned)told);
     CHECK(few == 0 && small == 0 && many == 0, "kind %d: 31 commits %u, small ones %u, of many meshes %u", kind,
-          (unsigned)few, (unsigned)small, (unsigned)many);
+        (unsigned)few, (unsigned)small, (unsigned)many);
   }
   say("groups, instances, meshes: 100 commits of one more than 400 are told once; 31, of 40, and of 400 at a time are "
       "not");

@@ -16,7 +16,7 @@ narrow="PKTRT_NO_AVX2 PKTRT_NO_AVX512"
 pictures="PKTRT_NO_LENS PKTRT_NO_SHUTTER PKTRT_NO_AREA_LIGHTS PKTRT_NO_GLOSS PKTRT_NO_DIELECTRIC PKTRT_NO_CONDUCTOR
   PKTRT_NO_NORMALS PKTRT_NO_TEXTURES"
 features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES PKTRT_NO_GROUPS PKTRT_NO_REMOVAL PKTRT_NO_SURFACES \
-  PKTRT_NO_POOLS PKTRT_NO_CLOSEST $pictures)
+  PKTRT_NO_POOLS PKTRT_NO_CLOSEST PKTRT_NO_QUALITIES $pictures)
 
 # A line for each build: what is left out. The first is the full library; `unasked` asks for no set.
 builds() {
@@ -148,7 +148,7 @@ declared_unless() { # switch: names of functions that the header declares only w
     on && /^#if/ { on++ }
     on && /^#endif/ { on-- }
     on && /^PKTRT_DEF/ { sub(/\(.*/, ""); sub(/.*[ *]/, ""); print "(void)&" $0 }
-    on && /^}/ { sub(/^} /, ""); sub(/;.*/, ""); print "(void)sizeof(" $0 ")" }' pktrt.h
+    on && /^} [a-z]/ { sub(/^} /, ""); sub(/;.*/, ""); print "(void)sizeof(" $0 ")" }' pktrt.h
 }
 does_not_compile() { # statement, switch: and without the switch it does
   local file=$work/call.c

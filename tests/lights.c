@@ -58,7 +58,7 @@ static void quad_lights(void) {
   quad_case c[3];
   CHECK(fabs(corner_form_factor(3, 2, 1) -
              quad_form_factor(vec_of(0, 0, 0), up, &(quad){{0, 1, 0}, {{3, 0, 0}, {0, 0, 2}}})) < 1e-12,
-        "two closed forms agree");
+      "two closed forms agree");
   for (int i = 0, n = quad_cases(c); i < n; i++) {
     double want = albedo * 1.5 * quad_form_factor(vec_of(0, 0, 0), up, &c[i].q), worst = 0;
     for (int flipped = 0; flipped < 2; flipped++) {
@@ -103,7 +103,7 @@ static void sphere_lights(void) {
       double scaled_want = i == 0 ? want * 1e6 : want;
       check_estimate(name, &e, scaled_want, scaled_want * 0.97, 0.01);
       CHECK(fabs(patch_value(s, PKTRT_MODE_WRT) - scaled_want) < 1e-4 * scaled_want,
-            "%s: WRT takes its middle: the same closed form", name);
+          "%s: WRT takes its middle: the same closed form", name);
       pktrt_scene_destroy(s);
     }
   }
@@ -149,7 +149,7 @@ static void within_a_sphere(void) {
   pktrt_scene_destroy(s);
 }
 
-/* RCS and WRT take a quad in its middle: L A cos cos / (pi d^2). */
+/* RCS and WRT take a quad in its middle: `L A cos cos / (pi d^2)`. */
 static void middles(void) {
   quad_case c[3];
   for (int i = 0, n = quad_cases(c); i < n; i++) {
@@ -164,8 +164,8 @@ static void middles(void) {
       CHECK(fabs(got - want) < 1e-5 * want + 1e-6, "%s, mode %d: %g, not %g", c[i].name, mode, got, want);
     }
     double true_value = albedo * 1.5 * quad_form_factor(vec_of(0, 0, 0), up, &c[i].q);
-    CHECK(fabs(want - true_value) > 0.01 * true_value,
-          "the control: the closed form of the whole light is another one");
+    CHECK(
+        fabs(want - true_value) > 0.01 * true_value, "the control: the closed form of the whole light is another one");
     pktrt_scene_destroy(s);
   }
 }
@@ -328,8 +328,8 @@ static void globes(void) {
     double noise = e.error[0] * sqrt(samples) / e.mean[0];
     say("%s, seen from %s: %.4f of the closed form, noise of a sample %.2f", winding[i % 3],
         inside ? "inside" : "outside", e.mean[0] / want, noise);
-    CHECK(fabs(e.mean[0] / want - 1) < 4 * e.error[0] / want + 0.005, "%s: %g, not %g", winding[i % 3], e.mean[0],
-          want);
+    CHECK(
+        fabs(e.mean[0] / want - 1) < 4 * e.error[0] / want + 0.005, "%s: %g, not %g", winding[i % 3], e.mean[0], want);
     if (!inside) CHECK((noise < 0.95) == !mixed && (noise > 1.2) == mixed, "%s: noise %g", winding[i % 3], noise);
     pktrt_scene_destroy(s);
     mesh_free(&globe);
@@ -393,9 +393,9 @@ static void environments(void) {
       if (kind == 1) check_estimate("nearly half the sky", &e, want, want * 0.95, 0.015);
       else
         CHECK(fabs(e.mean[0] - want) < 1e-5 && e.error[0] < 1e-6, "%g +- %g: no noise where nothing is in the way",
-              e.mean[0], e.error[0]);
+            e.mean[0], e.error[0]);
       CHECK(fabs(e.mean[1] - e.mean[0] / 2) < 1e-5 && fabs(e.mean[2] - e.mean[0] * 2) < 1e-5,
-            "the light has its colour, %g %g %g", e.mean[0], e.mean[1], e.mean[2]);
+          "the light has its colour, %g %g %g", e.mean[0], e.mean[1], e.mean[2]);
     }
     pktrt_scene_destroy(s);
   }
@@ -455,6 +455,129 @@ static void suns(void) {
     }
 }
 
+/* --- directional lights with an angle --- */
+
+static const float sun_angles[] = {0.0001f, 0.01f, 0.265f, 5, 60};
+
+static pktrt_light sun_light(vec to, float angle) {
+  pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, 2);
+  vec_put(vec_mul(to, -3), l.direction);
+  l.angle = angle;
+  return l;
+}
+
+/* A plane gets the irradiance of a sun that faces it, times the cosine, whatever the angle. RCS and WRT take the middle. */
+static void sun_lights(void) {
+  const vec to = vec_unit(vec_of(0.3, 1, -0.2));
+  const double want = albedo * 2 * to.y / PI;
+  for (size_t i = 0; i < COUNT(sun_angles); i++) {
+    pktrt_light l = sun_light(to, sun_angles[i]), middle = sun_light(to, 0);
+    pktrt_scene *s = patch_open(NULL), *plain = patch_open(NULL);
+    stage_light(s, &l), stage_light(plain, &middle);
+    stage_commit(s), stage_commit(plain);
+    pktrt_render_desc d = patch_spot();
+    estimate e = stage_estimate(s, &d, 16);
+    check_estimate("a sun", &e, want, want * (i < 4 ? 0.995 : 0.97), 0.01);
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_WRT; mode++)
+      CHECK(patch_value(s, (pktrt_mode)mode) == patch_value(plain, (pktrt_mode)mode), "mode %d, angle %g", mode,
+          (double)sun_angles[i]);
+    pktrt_scene_destroy(s), pktrt_scene_destroy(plain);
+  }
+}
+
+/* Camera and mirrors see a sun that is visible, as bright as it lights, and nothing beside it or behind a lid. */
+static void visible_suns(void) {
+  const vec to = vec_unit(vec_of(0.3, 1, -0.2)), aside = vec_unit(vec_of(0.3, 0, 1.5));
+  const pktrt_material mirror = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+  const quad lid = quad_of(vec_of(-9, 5, -9), vec_of(18, 0, 0), vec_of(0, 0, 18));
+  for (int kind = 0; kind < 4; kind++) /* bits: visible; a lid before it */
+    for (size_t i = 1; i < COUNT(sun_angles); i++) {
+      pktrt_light l = sun_light(to, sun_angles[i]);
+      const double half = (double)l.angle * PI / 180;
+      const double radiance = 2 / (PI * sin(half) * sin(half));
+      pktrt_scene *s = patch_open(&mirror);
+      l.visible = (kind & 1) != 0;
+      stage_light(s, &l);
+      if (kind & 2) stage_quad(s, &lid, 0);
+      stage_commit(s);
+      for (int k = 0; k < 12; k++) { /* modes; beside the sun; in the mirror */
+        const double off = k / 3 % 2 ? 1.2 * half : 0.8 * half;
+        const vec way = vec_add(vec_mul(to, cos(off)), vec_mul(aside, sin(off)));
+        const vec eye = k < 6 ? vec_of(0, 1, 0) : vec_of(way.x, way.y, way.z);
+        const vec at = k < 6 ? vec_add(eye, way) : vec_of(2 * way.x, 0, 2 * way.z);
+        float got[3];
+        if (k >= 6 && k % 3 == 0) continue; /* RCS has no mirrors */
+        const vec target = k < 6 ? at : vec_of(0, 0, 0), from = k < 6 ? eye : vec_of(-way.x, way.y, -way.z);
+        pktrt_render_desc d = stage_view((pktrt_mode)(k % 3), 1, 1, got, from, target);
+        d.camera.fov_y = 1e-6f, d.camera.up[0] = 1, d.camera.up[1] = 0, d.samples = 1;
+        stage_render(s, &d);
+        const double want = kind == 1 && k / 3 % 2 == 0 ? radiance : 0;
+        const double more = kind & 2 ? 1 : 0; /* the lid may be lit */
+        if (want > 0 || more <= 0)
+          CHECK(fabs((double)got[0] - want) <= 1e-4 * want, "kind %d, case %d, angle %g: %g, not %g", kind, k,
+              (double)l.angle, (double)got[0], want);
+        else CHECK(got[0] < 1, "kind %d, case %d, angle %g: %g behind a lid", kind, k, (double)l.angle, (double)got[0]);
+      }
+      pktrt_scene_destroy(s);
+    }
+}
+
+/* Angles that mean nothing are refused by name; lights that have none don't read them. */
+static void angles_of_suns(void) {
+  static const float wrong[] = {-1e-6f, 90.01f, INFINITY, -INFINITY, NAN};
+  for (size_t i = 0; i < COUNT(wrong); i++)
+    for (int kind = 0; kind < 2; kind++) {
+      pktrt_scene *s = stage_open();
+      pktrt_light l = kind ? light_of(PKTRT_LIGHT_POINT, 1) : sun_light(vec_of(0, 1, 0), 0);
+      l.angle = wrong[i];
+      const bool refused = pktrt_add_light(s, &l, NULL) != PKTRT_OK;
+      CHECK(refused == !kind, "angle %g, kind %d", (double)wrong[i], kind);
+      CHECK(kind || strstr(pktrt_last_error(s), "angle"), "%s", pktrt_last_error(s));
+      pktrt_scene_destroy(s);
+    }
+}
+
+/* A sun of a half-angle in degrees in a black sky, of irradiance 1. */
+typedef struct small_sun_of {
+  vec to;
+  double half;
+} small_sun_of;
+static void small_sun_sky(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  const small_sun_of *of = user;
+  const double chord = 2 * sin(of->half * PI / 360), bright = 1 / (PI * pow(sin(of->half * PI / 180), 2));
+  for (uint32_t i = 0; i < n; i++) {
+    const vec d = vec_of((double)direction[0][i], (double)direction[1][i], (double)direction[2][i]);
+    const vec off = vec_sub(d, of->to);
+    for (int a = 0; a < 3; a++) radiance[a][i] = vec_dot(off, off) < chord * chord ? (float)bright : 0.01f;
+  }
+}
+
+/* No sun as wide as that of the Earth is lost, unprepared; a smaller one is not if a look is taken at each pixel. */
+static void placed_suns(void) {
+  rng r = rng_of(58);
+  double worst = 1;
+  int lost = 0;
+  for (int i = 0; i < 14; i++) {
+    const bool small = i >= 12, zenith = i == 0;
+    small_sun_of sun = {
+        vec_unit(vec_of((double)rng_sign(&r), zenith ? 1000 : 0.3, (double)rng_sign(&r))), small ? 0.05 : 0.265};
+    pktrt_scene *s = patch_open(NULL);
+    const pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+    stage_light(s, &l);
+    stage_commit(s);
+    pktrt_render_desc d = patch_spot();
+    d.environment = small_sun_sky, d.user = &sun, d.samples = 64;
+    if (small) d.environment_width = 4800, d.environment_height = 2400;
+    const double want = albedo / PI * (sun.to.y + 0.01 * PI);
+    estimate e = stage_estimate(s, &d, 2);
+    lost += e.mean[0] < 0.5 * want;
+    worst = fmin(worst, 1 - fabs(e.mean[0] / want - 1));
+    pktrt_scene_destroy(s);
+  }
+  say("within %.1f%% of their light at worst", 100 * (1 - worst));
+  CHECK(lost == 0 && worst > 0.9, "%d lost, to %g of the light", lost, worst);
+}
+
 /* --- several lights, shadows --- */
 
 static void light_sums(void) {
@@ -466,7 +589,7 @@ static void light_sums(void) {
   l[2] = quad_light(&c[0].q, 1), l[3] = sphere_light(vec_of(-1, 2, 0), 0.4, 3),
   l[4] = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
   double part[5] = {2 * 2 / sqrt(5) / 5 / PI, 0.5 * 0.8 / PI, quad_form_factor(vec_of(0, 0, 0), up, &c[0].q),
-                    3 * 0.16 / 5 * 2 / sqrt(5), 0.3};
+      3 * 0.16 / 5 * 2 / sqrt(5), 0.3};
   double want = 0;
   pktrt_scene *s = patch_open(NULL);
   stage_commit(s);
@@ -478,7 +601,7 @@ static void light_sums(void) {
     estimate e = stage_estimate(s, &d, 16);
     check_estimate("lights add up", &e, want, want - 0.5 * albedo * part[i], 0.01);
     CHECK(fabs(e.mean[1] - e.mean[0] - albedo * 0.25 + (i == 4 ? 0.3 * albedo : 0)) < 1e-4,
-          "and so does the ambient: %g", e.mean[1] - e.mean[0]);
+        "and so does the ambient: %g", e.mean[1] - e.mean[0]);
   }
   pktrt_scene_destroy(s);
 }
@@ -526,7 +649,7 @@ static void glass_shadows(void) {
         for (int k = 0; k < 2; k++) {
           double left = !with ? 1 : block || mode == PKTRT_MODE_RCS ? 0 : k == 0 ? pass * exp(-0.7 * 0.5) : pass;
           CHECK(fabs((double)got[k] - want * left) < 2e-4 * want, "mode %d, block %d, channel %d: %g, not %g", mode,
-                block, k, (double)got[k], want * left);
+              block, k, (double)got[k], want * left);
         }
       }
     }
@@ -560,7 +683,7 @@ static void direction_lengths(void) {
       if (i == 0) CHECK(lit > N * N / 4 && dark > N * N / 8, "half of it in shadow: %zu lit, %zu dark", lit, dark);
       else
         CHECK(same_bits(want, got, sizeof got) != control, "mode %d, length %g: %zu lit, %zu dark", mode,
-              control ? 0 : (double)length[i], lit, dark);
+            control ? 0 : (double)length[i], lit, dark);
       pktrt_scene_destroy(s);
     }
   }
@@ -595,11 +718,42 @@ static double scaled_pane(pktrt_light_kind kind, pktrt_mode mode, double k, bool
   return mean;
 }
 
+/* Two small lights of each kind, from afar: the middles of WRT and the samples of DRT, of all lights or one, agree. */
+static void each_kind_from_afar(void) {
+  const quad lamp = quad_of(vec_of(0.1, 4, 0), vec_of(0.05, 0, 0), vec_of(0, 0, 0.05));
+  const pktrt_material shine = lamp_of(4);
+  for (int kind = 0; kind < PKTRT_LIGHT_KIND_COUNT; kind++) {
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_light l = quad_light(&lamp, kind == PKTRT_LIGHT_MESH || kind == PKTRT_LIGHT_ENVIRONMENT ? 1 : 4);
+    l.kind = (pktrt_light_kind)kind, l.direction[1] = -1, l.radius = 0.03f;
+    l.mesh = stage_quad(s, &lamp, stage_material(s, &shine));
+    if (kind != PKTRT_LIGHT_MESH) CHECK(pktrt_set_enabled(s, l.mesh, false) == PKTRT_OK);
+    stage_light(s, &l);
+    l.position[0] += 1;
+    for (int k = 0; k < 3; k++) l.intensity[k] *= 0.5f;
+    stage_light(s, &l);
+    stage_commit(s);
+    pktrt_render_desc d = patch_spot();
+    d.background[0] = 0.5f, d.mode = PKTRT_MODE_WRT;
+    const estimate want = stage_estimate(s, &d, 2);
+    CHECK(want.mean[0] > 0, "the control: light %d gives light in WRT", kind);
+    d.mode = PKTRT_MODE_DRT;
+    for (int choice = PKTRT_LIGHTS_ALL; choice <= PKTRT_LIGHTS_ONE; choice++) {
+      d.lights = (pktrt_light_choice)choice;
+      const estimate is = stage_estimate(s, &d, 16);
+      CHECK(fabs(is.mean[0] - want.mean[0]) < 4 * is.error[0] + 0.005 * want.mean[0],
+          "light %d, choice %d: %g +- %g in DRT, %g in WRT; has it the right traits?", kind, choice, is.mean[0],
+          is.error[0], want.mean[0]);
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* Squares of tiny and of huge lengths leave the range of floats: nothing may depend on them. */
 static void scales(void) {
   static const double scale[] = {1e-24, 1e-20, 1e-10, 1e10, 1e15};
-  static const pktrt_light_kind kinds[4] = {PKTRT_LIGHT_POINT, PKTRT_LIGHT_DIRECTIONAL, PKTRT_LIGHT_QUAD,
-                                            PKTRT_LIGHT_SPHERE};
+  static const pktrt_light_kind kinds[4] = {
+      PKTRT_LIGHT_POINT, PKTRT_LIGHT_DIRECTIONAL, PKTRT_LIGHT_QUAD, PKTRT_LIGHT_SPHERE};
   double worst = 0;
   for (int j = 0; j < 4; j++) {
     for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
@@ -612,7 +766,7 @@ static void scales(void) {
           CHECK(behind == 0, "light %d, mode %d, %d panes, scale %g: %g passes a wall", j, mode, pane, k, behind);
           if (kinds[j] == PKTRT_LIGHT_POINT && k < 1e-22) continue; /* its intensity is none but 0 as a float */
           CHECK(fabs(got - want) <= 1e-3 * want, "light %d, mode %d, %d panes, scale %g: %g, not %g", j, mode, pane, k,
-                got, want);
+              got, want);
           worst = fmax(worst, fabs(got / want - 1));
         }
       }
@@ -689,7 +843,7 @@ static void edges_of_panes(void) {
     const double want = albedo * (hidden ? 0.96 : 1);
     passed += hidden, missed += !hidden;
     CHECK(fabs((double)got[0][0] / want - 1) < 2e-3, "%s, case %u: %g, not %g", pktrt_isa_string(desc.isa), i,
-          (double)got[0][0], want);
+        (double)got[0][0], want);
     pktrt_scene_destroy(s);
     mesh_free(&m);
   }
@@ -721,15 +875,15 @@ static void shadows_end_at_the_sphere(void) {
       pktrt_scene_destroy(s);
     }
     CHECK(value[0] > 0.01 && value[1] == value[0] && value[2] == 0, "order %d: %g, %g within the sphere, %g before it",
-          order, value[0], value[1], value[2]);
+        order, value[0], value[1], value[2]);
   }
 }
 
 /* Seen in a mirror, one light at random for all: the same mean, fewer rays, more noise. Where primary rays end, all. */
 static void light_choice(void) {
   quad wall = quad_of(vec_of(3, 0, 0), vec_of(0, 0, 9), vec_of(0, 9, 0)); /* faces the mirror */
-  pktrt_light l[3] = {light_of(PKTRT_LIGHT_POINT, 9), light_of(PKTRT_LIGHT_ENVIRONMENT, 1),
-                      sphere_light(vec_of(0, 3, 2), 0.5, 4)};
+  pktrt_light l[3] = {
+      light_of(PKTRT_LIGHT_POINT, 9), light_of(PKTRT_LIGHT_ENVIRONMENT, 1), sphere_light(vec_of(0, 3, 2), 0.5, 4)};
   vec_put(vec_of(-1, 3, 0), l[0].position);
   for (int mirrored = 0; mirrored < 2; mirrored++) {
     pktrt_material m = material_of(0.1, PKTRT_SPECULAR_MIRROR, mirrored ? 0.8 : 0);
@@ -751,49 +905,79 @@ static void light_choice(void) {
       }
       bool chosen = mirrored && mode == PKTRT_MODE_DRT;
       CHECK(first[0] == first[1] && chosen == (deep[1] < deep[0]) && (chosen || deep[0] == deep[1]),
-            "%d, mode %d: fewer rays only deeper", mirrored, mode);
+          "%d, mode %d: fewer rays only deeper", mirrored, mode);
       double error = sqrt(e[0].error[0] * e[0].error[0] + e[1].error[0] * e[1].error[0]),
              off = fabs(e[0].mean[0] - e[1].mean[0]);
       CHECK(chosen ? off <= 4 * error : off == 0, "%d, mode %d: %.5f, %.5f +- %.5f", mirrored, mode, e[0].mean[0],
-            e[1].mean[0], error);
+          e[1].mean[0], error);
       if (chosen)
         CHECK(e[1].error[0] > e[0].error[0] && error < 0.02 * e[0].mean[0], "noisier, yet precise: %g, %g",
-              e[0].error[0], e[1].error[0]);
+            e[0].error[0], e[1].error[0]);
     }
     pktrt_scene_destroy(s);
   }
 }
 
-/* One for all everywhere: the mean of all, of 60 lamps of all kinds. */
-static void one_of_many_on(bool glossy) {
+/* CHECKs that one light for all has the mean of all lights, to 1%. */
+static void check_one_as_all(const char *name, pktrt_scene *s, pktrt_render_desc d) {
+  estimate e[2];
+  for (int one = 0; one < 2; one++) {
+    d.samples = one ? 512 : 128;
+    d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
+    e[one] = stage_estimate(s, &d, 16);
+  }
+  const double error = sqrt(e[0].error[0] * e[0].error[0] + e[1].error[0] * e[1].error[0]);
+  const double off = fabs(e[1].mean[0] - e[0].mean[0]);
+  say("%s: all %.5f +- %.5f, one %.5f +- %.5f", name, e[0].mean[0], e[0].error[0], e[1].mean[0], e[1].error[0]);
+  CHECK(off <= 4.5 * error + 1e-5, "%s: one %.6f, all %.6f, +- %.6f", name, e[1].mean[0], e[0].mean[0], error);
+  if (!small_run) CHECK(error < 0.01 * e[0].mean[0], "%s: known to %.6f of %.6f only", name, error, e[0].mean[0]);
+}
+
+/* One for all everywhere: the mean of all, of lamps of all kinds, for a matt floor and lobes of an exponent. */
+static void one_of_many_on(double gloss_exponent, int lamps, bool behind_glass) {
   rng r = rng_of(26);
+  char name[80];
   pktrt_material m = material_of(albedo, PKTRT_SPECULAR_MIRROR, 0.3), lamp = lamp_of(3);
   quad shining = quad_of(vec_of(1, 1.6, -0.8), vec_of(0.9, 0, 0), vec_of(0, 0, 0.7));
-  m.lobe = PKTRT_LOBE_PHONG, m.exponent = 12;
-  pktrt_scene *s = patch_open(glossy ? &m : NULL);
-  for (int i = 0; i < 60; i++) {
+  m.lobe = PKTRT_LOBE_PHONG, m.exponent = (float)gloss_exponent;
+  pktrt_scene *s = patch_open(gloss_exponent > 0 ? &m : NULL);
+  for (int i = 0; i < lamps; i++) {
     const vec at = vec_of(3 * (double)rng_sign(&r), 1.5 + (double)rng_sign(&r), 3 * (double)rng_sign(&r));
     quad q = quad_of(at, vec_of(0.2, 0, 0), vec_of(0, 0, 0.3));
-    pktrt_light l = i % 3 == 0   ? light_of(PKTRT_LIGHT_POINT, 0.1 + 0.01 * i)
+    pktrt_light l = i % 3 == 0   ? light_of(PKTRT_LIGHT_POINT, 0.1 + 0.01 * (i % 60))
                     : i % 3 == 1 ? quad_light(&q, 2)
                                  : sphere_light(at, 0.1, 1);
     if (i % 3 == 0) vec_put(at, l.position);
     if (i == 9) l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
     if (i == 30) l = light_of(PKTRT_LIGHT_MESH, 1), l.mesh = stage_quad(s, &shining, stage_material(s, &lamp));
+    /* Two lamps in the same directions: lobes meet both. */
+    if (i == 31) l = sphere_light(vec_of(1.5, 2, -0.5), 0.5, 2);
+    if (i == 32) l = sphere_light(vec_of(3, 4, -1), 0.8, 2);
     stage_light(s, &l);
   }
-  stage_commit(s);
-  estimate e[2];
-  for (int one = 0; one < 2; one++) {
-    pktrt_render_desc d = patch_spot();
-    d.background[0] = 0.5f, d.samples = one ? 1024 : 16;
-    d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
-    e[one] = stage_estimate(s, &d, 16);
+  if (behind_glass) {
+    const pktrt_material clear = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+    const uint32_t glass = stage_material(s, &clear);
+    quad top = quad_of(vec_of(0, 0.45, 0), vec_of(0, 0, 3), vec_of(3, 0, 0));
+    quad bottom = quad_of(vec_of(0, 0.4, 0), vec_of(3, 0, 0), vec_of(0, 0, 3));
+    stage_quad(s, &top, glass), stage_quad(s, &bottom, glass);
   }
-  check_estimate("one of sixty", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
+  stage_commit(s);
+  pktrt_render_desc d = patch_spot();
+  d.background[0] = 0.5f;
+  snprintf(name, sizeof name, "one of %d, exponent %g%s", lamps, gloss_exponent, behind_glass ? ", behind glass" : "");
+  check_one_as_all(name, s, d);
   pktrt_scene_destroy(s);
 }
-static void one_of_many(void) { one_of_many_on(false), one_of_many_on(true); }
+
+static void one_of_many(void) {
+  one_of_many_on(0, 60, false);
+  one_of_many_on(30, 60, false);
+  one_of_many_on(1000, 60, false);
+  one_of_many_on(100, 400, false);
+  one_of_many_on(30, 20, false);
+  one_of_many_on(100, 60, true);
+}
 
 /* Which of the lights without size is asked goes by the sample, not by who else is asked at the same time. */
 static void one_of_points_anywhere(void) {
@@ -874,8 +1058,8 @@ static void one_of_points(void) {
       d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
       e[one] = stage_estimate(s, &d, 16);
     }
-    check_estimate(far_away ? "one of three far away" : "one of three points", &e[1], e[0].mean[0], e[0].mean[0] * 0.95,
-                   0.02);
+    check_estimate(
+        far_away ? "one of three far away" : "one of three points", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
     pktrt_scene_destroy(s);
   }
 }
@@ -927,7 +1111,7 @@ static void counted_once(void) {
       check_estimate(kind == 0   ? "emitting only"
                      : kind == 1 ? "emitting and a light"
                                  : "a light only",
-                     &e, want, kind == 0 ? want + 2 * diffuse : want + 2 * specular, 0.02);
+          &e, want, kind == 0 ? want + 2 * diffuse : want + 2 * specular, 0.02);
       CHECK(small_run || (!agrees(&e, 0, want * 1.08) && !agrees(&e, 0, want * 0.92)), "the control: not by a twelfth");
     }
     pktrt_scene_destroy(s);
@@ -941,7 +1125,7 @@ static void both_ways(void) {
   for (int e = 0; e < 3; e++)
     for (int kind = 0; kind < 3; kind++) { /* a mesh, a quad, one that is visible */
       const double want = 2 * (albedo * quad_form_factor(vec_of(0, 0, 0), up, &lamp) +
-                               gloss * lobe_over_quad(&lamp, mirror_axis(), exponents[e]));
+                                  gloss * lobe_over_quad(&lamp, mirror_axis(), exponents[e]));
       pktrt_scene *s = glossy_open(exponents[e]);
       pktrt_material m = lamp_of(2);
       pktrt_light l = kind ? quad_light(&lamp, 2) : light_of(PKTRT_LIGHT_MESH, 1);
@@ -952,6 +1136,41 @@ static void both_ways(void) {
       pktrt_render_desc d = patch_spot();
       estimate got = stage_estimate(s, &d, 16);
       check_estimate("both ways", &got, want, want * 0.93, 0.02);
+      pktrt_scene_destroy(s);
+    }
+}
+
+/* What lobes see of a sun, by brute force. */
+static void suns_in_lobes(void) {
+  static const double exponents[] = {3, 300, 30000};
+  const vec axis = mirror_axis();
+  const vec to = vec_unit(vec_add(axis, vec_of(0.01, 0, -0.02)));
+  const vec across = vec_unit(vec_cross(to, vec_of(0, 0, 1))), other = vec_cross(to, across);
+  for (size_t e = 0; e < COUNT(exponents); e++)
+    for (int seen = 0; seen < 2; seen++) {
+      enum { STEPS = 400 };
+      pktrt_light l = sun_light(to, 4);
+      const double half = 4 * PI / 180, rise = 1 - cos(half);
+      double lobe = 0;
+      for (int i = 0; i < STEPS * STEPS; i++) {
+        const double turn = 2 * PI * (i % STEPS + 0.5) / STEPS, cosine = 1 - rise * (i / STEPS + 0.5) / STEPS;
+        const double sine = sqrt(1 - cosine * cosine);
+        const vec aside = vec_add(vec_mul(across, sine * cos(turn)), vec_mul(other, sine * sin(turn)));
+        const double along = fmax(0, vec_dot(vec_add(vec_mul(to, cosine), aside), axis));
+        lobe += pow(along, exponents[e]) / (STEPS * STEPS);
+      }
+      const double radiance = 2 / (PI * sin(half) * sin(half));
+      const double want = albedo * 2 * to.y / PI + gloss * radiance * rise * (exponents[e] + 1) * lobe;
+      pktrt_scene *s = glossy_open(exponents[e]);
+      l.visible = seen;
+      stage_light(s, &l);
+      stage_commit(s);
+      for (int choice = 0; choice < 2; choice++) {
+        pktrt_render_desc d = patch_spot();
+        d.lights = choice ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
+        estimate got = stage_estimate(s, &d, 16);
+        check_estimate("a sun in a lobe", &got, want, want * 0.95, 0.02);
+      }
       pktrt_scene_destroy(s);
     }
 }
@@ -1022,8 +1241,8 @@ static void highlights(void) {
     pktrt_render_desc d = patch_spot();
     estimate e = stage_estimate(s, &d, 16);
     check_estimate("highlight", &e, want, diffuse, 0.01);
-    CHECK(e.error[0] < 2e-3 * want && fabs(e.mean[0] - want) < 3e-3 * want, "kind %d: %g, not %g", kind, e.mean[0],
-          want);
+    CHECK(
+        e.error[0] < 2e-3 * want && fabs(e.mean[0] - want) < 3e-3 * want, "kind %d: %g, not %g", kind, e.mean[0], want);
     pktrt_scene_destroy(s);
   }
 }
@@ -1045,7 +1264,7 @@ static void unseen(void) {
       d.camera.fov_y = 1;
       stage_render(s, &d);
       CHECK(in_mirror == (kind ? 0 : 2) && got[0] == (kind ? 0.f : 2.f), "kind %d, mode %d: %g, %g", kind, mode,
-            in_mirror, (double)got[0]);
+          in_mirror, (double)got[0]);
     }
     pktrt_scene_destroy(s);
   }
@@ -1077,7 +1296,7 @@ static void lamps_between_keys(void) {
   }
   say("%.4f with two keys, %.4f with three, %.4f of nothing", e[0].mean[0], e[1].mean[0], e[2].mean[0]);
   CHECK(fabs(e[0].mean[0] - e[1].mean[0]) < 4 * (e[0].error[0] + e[1].error[0]), "%g, not %g", e[0].mean[0],
-        e[1].mean[0]);
+      e[1].mean[0]);
   CHECK(e[0].mean[0] > 0.05 && e[2].mean[0] <= 0, "the controls");
 }
 
@@ -1106,7 +1325,7 @@ static void lamps_with_strays(void) {
       pktrt_scene_destroy(s);
     }
     CHECK(value[0] <= 0 && value[1] <= 0, "mode %d: light through a roof: %g, with a stray vertex %g", mode, value[0],
-          value[1]);
+        value[1]);
   }
 }
 
@@ -1127,6 +1346,10 @@ void suite_lights(void) {
   run("an environment lights what it sees, without noise where nothing is in the way", environments);
   run("an environment callback lights by direction", environment_callbacks);
   run("a sun in a callback is found, however small", suns);
+  run("a directional light with an angle gives its irradiance times the cosine; RCS and WRT take its middle",
+      sun_lights);
+  run("angles of directional lights that mean nothing are refused by name", angles_of_suns);
+  run("a sun as wide as that of the Earth is found wherever it is, a smaller one among pixels", placed_suns);
   run("lights add up", light_sums);
   run("one light chosen for all everywhere has the mean of all, of many kinds", one_of_many);
   run("one light chosen of those without size has the mean of all", one_of_points);
@@ -1139,10 +1362,13 @@ void suite_lights(void) {
   run("shadow rays pass several panes", panes);
   run("shadow rays pass panes next to their edges", edges_of_panes);
   run("the length of a light's direction means nothing, bit for bit", direction_lengths);
+  run("a small light of any kind gives from afar the same in all modes", each_kind_from_afar);
   run("no scale lets light through a wall or changes its brightness", scales);
   run("an emitter that is a light is counted once", counted_once);
   run("lobes wide and narrow get what they see of a light, found in both ways", both_ways);
   run("quads and spheres are seen if they are visible", visible_lights);
+  run("lobes get what they see of a sun", suns_in_lobes);
+  run("camera and mirrors see a sun if it is visible", visible_suns);
   run("the environment is counted once", environment_once);
   run("lights show in Phong lobes by the value of the lobe", highlights);
   run("the camera and ideal mirrors see emitting meshes, not lights", unseen);

@@ -279,6 +279,7 @@ static void run_all(void) {
   suite_pool();
   suite_closest();
   suite_thin();
+  suite_manual();
   suite_groups();
   suite_changes();
   suite_surfaces();

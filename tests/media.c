@@ -25,11 +25,8 @@ static const stack_case cases[] = {
     {"the camera in the outer box", {{-3, 3, 0.5}, {-1, 1, 0.25}}, 2, -6, 2},
     {"something in the inner box", {{-3, 3, 0.5}, {-1, 1, 0.25}}, 6, -0.5, 1.375},
     {"two boxes in a box", {{-4, 4, 0.25}, {1, 3, 0.5}, {-3, -1, 0}}, 6, -6, 2},
-    {"six boxes in each other",
-     {{-6, 6, 0.1}, {-5, 5, 0.2}, {-4, 4, 0.3}, {-3, 3, 0.05}, {-2, 2, 0.15}, {-1, 1, 0.25}},
-     8,
-     -8,
-     2.1},
+    {"six boxes in each other", {{-6, 6, 0.1}, {-5, 5, 0.2}, {-4, 4, 0.3}, {-3, 3, 0.05}, {-2, 2, 0.15}, {-1, 1, 0.25}},
+        8, -8, 2.1},
     {"boxes that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 6, -6, 2.25},
     {"the camera in the first of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 1, -6, 1.25},
     {"the camera in the second of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, -1, -6, 0.5},
@@ -38,31 +35,13 @@ static const stack_case cases[] = {
     {"a box in a box, with one face", {{-3, 3, 0.5}, {-3, 0, 0.25}}, 6, -6, 2.25},
     {"the same from the other side", {{-3, 3, 0.5}, {0, 3, 0.25}}, 6, -6, 2.25},
     {"eight boxes that touch, in one whose faces they share",
-     {{-4, 4, 0.5},
-      {-4, -3, 0.25},
-      {-3, -2, 0.125},
-      {-2, -1, 0.25},
-      {-1, 0, 0.125},
-      {0, 1, 0.25},
-      {1, 2, 0.125},
-      {2, 3, 0.25},
-      {3, 4, 0.125}},
-     6,
-     -6,
-     1.5},
+        {{-4, 4, 0.5}, {-4, -3, 0.25}, {-3, -2, 0.125}, {-2, -1, 0.25}, {-1, 0, 0.125}, {0, 1, 0.25}, {1, 2, 0.125},
+            {2, 3, 0.25}, {3, 4, 0.125}},
+        6, -6, 1.5},
     {"the camera in nine boxes, more than are looked for: what it sees is in the second",
-     {{-9, 9, 0.5},
-      {-8, 8, 0.5},
-      {-7, 7, 0.5},
-      {-6, 6, 0.5},
-      {-5, 5, 0.5},
-      {-4, 4, 0.5},
-      {-3, 3, 0.5},
-      {-2, 2, 0.5},
-      {-1, 1, 0.5}},
-     0.5,
-     -1.5,
-     1},
+        {{-9, 9, 0.5}, {-8, 8, 0.5}, {-7, 7, 0.5}, {-6, 6, 0.5}, {-5, 5, 0.5}, {-4, 4, 0.5}, {-3, 3, 0.5}, {-2, 2, 0.5},
+            {-1, 1, 0.5}},
+        0.5, -1.5, 1},
     {"boxes that overlap: the one entered last absorbs", {{-1, 3, 0.5}, {-3, 1, 0.25}}, 6, -6, 2},
     {"the same from the other side", {{-3, 1, 0.5}, {-1, 3, 0.25}}, 6, -6, 2.5},
 };
@@ -195,7 +174,7 @@ static void shadows_in_glass(void) {
           double depth = (strstr(c->name, "overlap") ? 2.5 : k && strstr(cases[k - 1].name, "overlap") ? 2 : c->depth);
           double want = exp(-(depth + near * (double)at) * (a + 1) / 2), is = (double)got[1][a] / (double)got[0][a];
           CHECK(got[0][a] > 0 && fabs(is / want - 1) < 2e-4, "%s, set-up %d, settings %d, channel %d: %g, not %g",
-                c->name, i, settings, a, is, want);
+              c->name, i, settings, a, is, want);
           worst = fmax(worst, fabs(is / want - 1));
         }
       }
@@ -232,10 +211,8 @@ static void reflected_in_glass(void) {
     const char *name;
     double ior, inner_ior; /* 0: no box within */
     double eye, at, lamp;  /* z of the camera, of what reflects, of the lamp behind the camera */
-  } seen[] = {{"a mirror", 1, 0, 1, -1, 2},
-              {"the surface from inside", 1.5, 0, 1, 3, -2},
-              {"glass in glass", 1, 1.5, 2, 1, 2.5},
-              {"a sheet", 1.5, 0, -1, 0, -2}};
+  } seen[] = {{"a mirror", 1, 0, 1, -1, 2}, {"the surface from inside", 1.5, 0, 1, 3, -2},
+      {"glass in glass", 1, 1.5, 2, 1, 2.5}, {"a sheet", 1.5, 0, -1, 0, -2}};
   static const slab outer = {-3, 3, 0.5}, inner = {-1, 1, 0.25};
   for (size_t k = 0; k < COUNT(seen); k++) {
     for (int place = 0; place < 3; place++) {
@@ -266,7 +243,7 @@ static void reflected_in_glass(void) {
       for (int a = 0; a < 3; a++) {
         const double want = part * exp(-way * outer.absorption * (a + 1) / 2);
         CHECK(fabs((double)got[a] / want - 1) < 2e-4, "%s, place %d, channel %d: %g, not %g", seen[k].name, place, a,
-              (double)got[a], want);
+            (double)got[a], want);
       }
       pktrt_scene_destroy(s);
     }
@@ -608,9 +585,8 @@ static void zeros_of_both_signs(void) {
     stage_commit(s);
     double seen = 0;
     for (int axis = 0; axis < 3; axis++) {
-      pktrt_render_desc view =
-          stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(0.4, 0.45, 0.52),
-                     vec_of(axis == 0 ? 0.9 : 0.42, axis == 1 ? 0.9 : 0.47, axis == 2 ? 0.9 : 0.5));
+      pktrt_render_desc view = stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(0.4, 0.45, 0.52),
+          vec_of(axis == 0 ? 0.9 : 0.42, axis == 1 ? 0.9 : 0.47, axis == 2 ? 0.9 : 0.5));
       stage_render(s, &view);
       seen += (double)got[0];
     }
@@ -631,8 +607,8 @@ static void lamps_in_glass(void) {
       for (int with = 0; with < 2; with++) {
         pktrt_scene *s = stage_open();
         const vec o = turned(u[i].place, -7, -7, c->plate);
-        const quad q = quad_of(o, vec_sub(turned(u[i].place, 7, -7, c->plate), o),
-                               vec_sub(turned(u[i].place, -7, 7, c->plate), o));
+        const quad q = quad_of(
+            o, vec_sub(turned(u[i].place, 7, -7, c->plate), o), vec_sub(turned(u[i].place, -7, 7, c->plate), o));
         pktrt_light l = quad_light(&q, 4);
         l.visible = true;
         stage_light(s, &l);
@@ -646,7 +622,7 @@ static void lamps_in_glass(void) {
       for (int a = 0; a < 3; a++) {
         const double want = exp(-c->depth * (a + 1) / 2), is = (double)got[1][a] / (double)got[0][a];
         CHECK(got[0][a] > 0 && fabs(is / want - 1) < 2e-4, "%s, set-up %d, channel %d: %g, not %g", c->name, i, a, is,
-              want);
+            want);
         worst = fmax(worst, fabs(is / want - 1));
         apart = fmax(apart, fabs(is / (double)(got[1][0] / got[0][0]) - 1));
       }

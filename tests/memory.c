@@ -160,7 +160,7 @@ static void each_allocation(int workers) {
         "commit %zu, render %zu",
         add, commit, light, material, set, normals, refit, again, render);
     CHECK(add > 0 && commit > 0 && light > 0 && material > 0 && set > 0 && normals > 0 && again > 0 && render > 0,
-          "the control: they do allocate");
+        "the control: they do allocate");
     CHECK(refit == 0, "a refit without rebuild allocates nothing");
     report(&f, workers ? "allocation failures, 3 workers" : "allocation failures, no workers");
   }

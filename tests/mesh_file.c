@@ -33,7 +33,7 @@ static FILE *ply_begin(const char *path, unsigned long vertices, unsigned long t
   FILE *file = fopen(path, "w");
   if (!file) exit(2);
   fprintf(file, "ply\nformat ascii 1.0\nelement vertex %lu\nproperty float x\nproperty float y\nproperty float z\n",
-          vertices);
+      vertices);
   fprintf(file, "element face %lu\nproperty list uchar int vertex_indices\nend_header\n", triangles);
   return file;
 }
@@ -154,7 +154,7 @@ static void normals(void) {
 
   a = look_at("ball.ply");
   snprintf(text, sizeof text, "%u points, shaded %.3g degrees off a ball, faces are %.3g", a.seen, a.from_ball,
-           a.faces_from_ball);
+      a.faces_from_ball);
   check(a.seen > 500 && a.from_ball < 3 && a.faces_from_ball > 6, "control: a ball without normals is smooth", text);
 
   a = look_at("flat.ply");
@@ -293,16 +293,16 @@ static const pktrt_material *made(const opened *o, unsigned square) {
 
 static void mtl_is_mapped(void) {
   write_squares("mtl", 9,
-                "newmtl m0\nKd 0.2 0.4 0.6\nillum 1\nKs 1 1 1\nNs 30\n"
-                "newmtl m1\nKd 0 0 0\nKe 3 2 1\nillum 1\n"
-                "newmtl m2\nKd 1 1 1\nKs 1 1 1\nNi 1.33\nd 0.1\nillum 7\n"
-                "newmtl m3\nKd 0.5 0.5 0.5\nKs 0.9 0.6 0.2\nNs 40\nillum 2\n"
-                "newmtl m4\nKd 0.1 0.2 0.3\nKs 0.2 0.2 0.2\nNs 90\nNi 1.6\nillum 2\n"
-                "newmtl m5\nKd 0.3 0.3 0.3\nd 0.25\nillum 1\n"
-                "newmtl m6\nKd 5 -1 nan\nNi -3\nKs 1e30 nan 1e30\nNs nan\nillum 3\nd 7\n"
-                "newmtl m7\nKd 0 0 0\nKs 1 1 1\nNs 1000\nillum 3\n"
-                "newmtl m8\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 60\nillum 5\n",
-                NULL);
+      "newmtl m0\nKd 0.2 0.4 0.6\nillum 1\nKs 1 1 1\nNs 30\n"
+      "newmtl m1\nKd 0 0 0\nKe 3 2 1\nillum 1\n"
+      "newmtl m2\nKd 1 1 1\nKs 1 1 1\nNi 1.33\nd 0.1\nillum 7\n"
+      "newmtl m3\nKd 0.5 0.5 0.5\nKs 0.9 0.6 0.2\nNs 40\nillum 2\n"
+      "newmtl m4\nKd 0.1 0.2 0.3\nKs 0.2 0.2 0.2\nNs 90\nNi 1.6\nillum 2\n"
+      "newmtl m5\nKd 0.3 0.3 0.3\nd 0.25\nillum 1\n"
+      "newmtl m6\nKd 5 -1 nan\nNi -3\nKs 1e30 nan 1e30\nNs nan\nillum 3\nd 7\n"
+      "newmtl m7\nKd 0 0 0\nKs 1 1 1\nNs 1000\nillum 3\n"
+      "newmtl m8\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 60\nillum 5\n",
+      NULL);
   opened o = open_file("mtl.obj");
   char text[200];
   check(o.ok, "an .obj with nine materials is read", "");
@@ -316,16 +316,16 @@ static void mtl_is_mapped(void) {
   check(m->specular == PKTRT_SPECULAR_DIELECTRIC && fabsf(m->ior[0] - 1.33f) < 1e-4f, "illum 7 is glass of Ni", "");
   m = made(&o, 3);
   check(m->specular == PKTRT_SPECULAR_MIRROR && m->lobe == PKTRT_LOBE_PHONG && m->exponent == 40,
-        "coloured Ks is a mirror with the exponent Ns", "");
+      "coloured Ks is a mirror with the exponent Ns", "");
   expect(m->reflectance, 0.9, 0.6, 0.2, "which reflects Ks");
   expect(m->albedo, 0.1, 0.4, 0.5, "and leaves the rest to Kd");
   m = made(&o, 4);
   check(m->specular == PKTRT_SPECULAR_COAT && fabsf(m->ior[0] - 1.6f) < 1e-4f && m->exponent == 90,
-        "grey Ks is a coat of Ni", "");
+      "grey Ks is a coat of Ni", "");
   expect(m->reflectance, 0.4, 0.4, 0.4, "of 2 Ks times Fresnel");
   m = made(&o, 5);
-  check(m->blend && fabsf(m->transparency - 0.75f) < 1e-4f && m->specular == PKTRT_SPECULAR_NONE, "d below 1 blends",
-        "");
+  check(
+      m->blend && fabsf(m->transparency - 0.75f) < 1e-4f && m->specular == PKTRT_SPECULAR_NONE, "d below 1 blends", "");
   m = made(&o, 6);
   expect(m->albedo, 0, 0, 0, "colours are clamped, and NaN is 0: of albedo, beside a mirror that takes all");
   expect(m->reflectance, 1, 0, 1, "and of reflectance");
@@ -378,8 +378,8 @@ static void write_huge(const char *path) {
     for (int b = 0; b < 8; b++) crc = crc & 1 ? crc >> 1 ^ 0xedb88320u : crc >> 1;
   }
   crc = ~crc;
-  const unsigned char sum[4] = {(unsigned char)(crc >> 24), (unsigned char)(crc >> 16), (unsigned char)(crc >> 8),
-                                (unsigned char)crc};
+  const unsigned char sum[4] = {
+      (unsigned char)(crc >> 24), (unsigned char)(crc >> 16), (unsigned char)(crc >> 8), (unsigned char)crc};
   FILE *file = fopen(path, "wb");
   if (!file) exit(2);
   fwrite(start, 1, sizeof start, file);
@@ -398,16 +398,16 @@ static void obj_textures(void) {
   write_huge("huge.png");
   write_text("strange.dds", "DDS ");
   write_squares("textures", 9,
-                "newmtl m0\nKd 1 1 1\nmap_Kd folder\\four.png\nillum 1\n"
-                "newmtl m1\nKd 0.5 1 1\nmap_Kd one.png\nillum 1\n"
-                "newmtl m2\nKd 0.3 0.3 0.3\nmap_Kd absent.png\nillum 1\n"
-                "newmtl m3\nKd 0.4 0.4 0.4\nmap_Kd corrupt.png\nillum 1\n"
-                "newmtl m4\nKd 0.5 0.5 0.5\nmap_Kd huge.png\nillum 1\n"
-                "newmtl m5\nKd 0.6 0.6 0.6\nmap_Kd strange.dds\nillum 1\n"
-                "newmtl m6\nKd 0.7 0.7 0.7\nmap_Kd *7\nillum 1\n"
-                "newmtl m7\nKd 1 1 1\nmap_Kd folder/four.png\nmap_d folder/four.png\nillum 1\n"
-                "newmtl m8\nKd 0.7 0.7 0.7\nmap_Kd folder\nmap_Ke one.png\nKe 1 1 1\nillum 1\n",
-                NULL);
+      "newmtl m0\nKd 1 1 1\nmap_Kd folder\\four.png\nillum 1\n"
+      "newmtl m1\nKd 0.5 1 1\nmap_Kd one.png\nillum 1\n"
+      "newmtl m2\nKd 0.3 0.3 0.3\nmap_Kd absent.png\nillum 1\n"
+      "newmtl m3\nKd 0.4 0.4 0.4\nmap_Kd corrupt.png\nillum 1\n"
+      "newmtl m4\nKd 0.5 0.5 0.5\nmap_Kd huge.png\nillum 1\n"
+      "newmtl m5\nKd 0.6 0.6 0.6\nmap_Kd strange.dds\nillum 1\n"
+      "newmtl m6\nKd 0.7 0.7 0.7\nmap_Kd *7\nillum 1\n"
+      "newmtl m7\nKd 1 1 1\nmap_Kd folder/four.png\nmap_d folder/four.png\nillum 1\n"
+      "newmtl m8\nKd 0.7 0.7 0.7\nmap_Kd folder\nmap_Ke one.png\nKe 1 1 1\nillum 1\n",
+      NULL);
   opened o = open_quietly("textures.obj", said, sizeof said);
   check(o.ok, "textures that cannot be read do not keep a file from being read", "");
   met m = look_at_place(&o, 0.25f, 0.75f);
@@ -427,13 +427,12 @@ static void obj_textures(void) {
   expect(look_at_place(&o, 10.5f, 0.5f).albedo, 0.6, 0.6, 0.6, "with one of an unknown kind");
   expect(look_at_place(&o, 12.5f, 0.5f).albedo, 0.7, 0.7, 0.7, "with one that should be within the file, but is not");
   check(strstr(said, "not used: ") &&
-            strstr(
-                said,
+            strstr(said,
                 "2 textures of an unknown kind, 2 textures that cannot be read, 2 textures that are not there, 1 glow"),
-        "what is not used is said in one line", strstr(said, "note:") ? "" : said);
+      "what is not used is said in one line", strstr(said, "note:") ? "" : said);
   m = look_at_place(&o, 14.75f, 0.25f);
   check(m.opacity == 0 && look_at_place(&o, 14.25f, 0.25f).opacity == 1 && made(&o, 7)->blend, "map_d blends by alpha",
-        "");
+      "");
   expect(look_at_place(&o, 16.5f, 0.5f).emission, 0.2159, 1, 0, "map_Ke is of what it emits");
   check(o.file.lights == 0, "which makes it no light", "");
   close_file(&o);
@@ -442,14 +441,14 @@ static void obj_textures(void) {
 static void far_coordinates(void) {
   char said[2000];
   write_squares("places", 1, "newmtl m0\nKd 1 1 1\nmap_Kd folder/four.png\nillum 1\n",
-                "vt nan nan\nvt inf 0\nvt 1e30 -1e30\nvt 0 -inf\n");
+      "vt nan nan\nvt inf 0\nvt 1e30 -1e30\nvt 0 -inf\n");
   opened o = open_quietly("places.obj", said, sizeof said);
   const met m = look_at_place(&o, 0.5f, 0.4f);
   check(o.ok && m.some && m.albedo[0] >= 0 && m.albedo[0] <= 1 && m.albedo[1] >= 0 && m.albedo[2] <= 1,
-        "texture coordinates that are huge, infinite or NaN show some texel", said);
+      "texture coordinates that are huge, infinite or NaN show some texel", said);
   close_file(&o);
-  write_squares("repeat", 1, "newmtl m0\nKd 1 1 1\nmap_Kd folder/four.png\nillum 1\n",
-                "vt 3 -2\nvt 4 -2\nvt 4 -1\nvt 3 -1\n");
+  write_squares(
+      "repeat", 1, "newmtl m0\nKd 1 1 1\nmap_Kd folder/four.png\nillum 1\n", "vt 3 -2\nvt 4 -2\nvt 4 -1\nvt 3 -1\n");
   o = open_file("repeat.obj");
   expect(look_at_place(&o, 0.25f, 0.75f).albedo, 1, 0, 0, "beyond its edges a picture is repeated");
   close_file(&o);
@@ -461,11 +460,11 @@ static void habits(void) {
   char said[2000];
   write_picture("letters.png", 1, 1, one);
   write_squares("habits", 4,
-                "newmtl m0\nKd 0.2 0.4 0.6\nTr 1\nillum 2\n"
-                "newmtl m1\nKd 1 1 1\nmap_Kd LETTERS.Png\nillum 1\n"
-                "newmtl m2\nKd 0.5 0.5 0.5\nKe 0.5 0.25 0.125\nillum 1\n"
-                "newmtl m3\nKd 0.2 0.4 0.6\nTr 0.25\nillum 1\n",
-                NULL);
+      "newmtl m0\nKd 0.2 0.4 0.6\nTr 1\nillum 2\n"
+      "newmtl m1\nKd 1 1 1\nmap_Kd LETTERS.Png\nillum 1\n"
+      "newmtl m2\nKd 0.5 0.5 0.5\nKe 0.5 0.25 0.125\nillum 1\n"
+      "newmtl m3\nKd 0.2 0.4 0.6\nTr 0.25\nillum 1\n",
+      NULL);
   opened o = open_quietly("habits.obj", said, sizeof said);
   const pktrt_material *m = made(&o, 0);
   check(o.ok && !m->blend && m->transparency <= 0, "what would be invisible as a whole is opaque", said);
@@ -485,8 +484,8 @@ static void print_base64(FILE *file, const unsigned char *bytes, size_t n) {
   for (size_t i = 0; i < n; i += 3) {
     const uint32_t b =
         (uint32_t)bytes[i] << 16 | (i + 1 < n ? (uint32_t)bytes[i + 1] << 8 : 0) | (i + 2 < n ? bytes[i + 2] : 0);
-    const char text[4] = {digits[b >> 18], digits[b >> 12 & 63], i + 1 < n ? digits[b >> 6 & 63] : '=',
-                          i + 2 < n ? digits[b & 63] : '='};
+    const char text[4] = {
+        digits[b >> 18], digits[b >> 12 & 63], i + 1 < n ? digits[b >> 6 & 63] : '=', i + 2 < n ? digits[b & 63] : '='};
     fwrite(text, 1, 4, file);
   }
 }
@@ -513,9 +512,9 @@ static void write_gltf(const char *path, const char *materials, unsigned count, 
   write_picture("metal.png", 2, 1, metal);
   write_picture("leaning.png", 1, 1, leaning);
   print_json(file,
-             "{'asset':{'version':'2.0'},'extensionsUsed':['KHR_materials_transmission','KHR_materials_volume',"
-             "'KHR_materials_ior','KHR_texture_transform','KHR_lights_punctual','KHR_materials_emissive_strength',"
-             "'KHR_materials_unlit'],'scene':0,");
+      "{'asset':{'version':'2.0'},'extensionsUsed':['KHR_materials_transmission','KHR_materials_volume',"
+      "'KHR_materials_ior','KHR_texture_transform','KHR_lights_punctual','KHR_materials_emissive_strength',"
+      "'KHR_materials_unlit'],'scene':0,");
   print_json(file, rest);
   print_json(file, ",'nodes':[");
   print_json(file, nodes);
@@ -562,48 +561,48 @@ static void write_factors(void) {
     snprintf(nodes + n, sizeof nodes - n, "%s{'mesh':%d,'translation':[%d,0,0]}", i ? "," : "", i, 2 * i);
   }
   write_gltf("factors.gltf",
-             "{'pbrMetallicRoughness':{'baseColorFactor':[0.9,0.6,0.3,1],'metallicFactor':1,"
-             "'roughnessFactor':0.5}},"
-             "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':0,"
-             "'roughnessFactor':0.5}},"
-             "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':1,"
-             "'roughnessFactor':0.9}},"
-             "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':0.5,"
-             "'roughnessFactor':0}},"
-             "{'extensions':{'KHR_materials_transmission':{'transmissionFactor':1},"
-             "'KHR_materials_ior':{'ior':1.4},"
-             "'KHR_materials_volume':{'thicknessFactor':1,'attenuationColor':[0.5,1,0.25],"
-             "'attenuationDistance':2}},"
-             "'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':0}},"
-             "{'extensions':{'KHR_materials_transmission':{'transmissionFactor':0.75}},"
-             "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.6,0.7,1],'metallicFactor':0,"
-             "'roughnessFactor':0}},"
-             "{'alphaMode':'MASK','alphaCutoff':0.3,'pbrMetallicRoughness':{'baseColorTexture':{"
-             "'index':0},'metallicFactor':0,'roughnessFactor':1}},"
-             "{'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4],"
-             "'metallicFactor':0,'roughnessFactor':1}},"
-             "{'emissiveFactor':[1,0.5,0.25],'extensions':{'KHR_materials_emissive_strength':{"
-             "'emissiveStrength':8}}},"
-             "{'pbrMetallicRoughness':{'baseColorFactor':[0.9,0.6,0.3,1],'metallicRoughnessTexture':{"
-             "'index':1}}},"
-             "{'extensions':{'KHR_materials_unlit':{}},'pbrMetallicRoughness':{"
-             "'baseColorFactor':[0.1,0.2,0.3,1]}},"
-             "{'pbrMetallicRoughness':{'baseColorFactor':[7,-1,0.5,1],'metallicFactor':-3,"
-             "'roughnessFactor':9}},"
-             "{'alphaMode':'BLEND','pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1}}",
-             13, nodes, "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8,9,10,11,12]}]");
+      "{'pbrMetallicRoughness':{'baseColorFactor':[0.9,0.6,0.3,1],'metallicFactor':1,"
+      "'roughnessFactor':0.5}},"
+      "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':0,"
+      "'roughnessFactor':0.5}},"
+      "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':1,"
+      "'roughnessFactor':0.9}},"
+      "{'pbrMetallicRoughness':{'baseColorFactor':[0.2,0.4,0.6,1],'metallicFactor':0.5,"
+      "'roughnessFactor':0}},"
+      "{'extensions':{'KHR_materials_transmission':{'transmissionFactor':1},"
+      "'KHR_materials_ior':{'ior':1.4},"
+      "'KHR_materials_volume':{'thicknessFactor':1,'attenuationColor':[0.5,1,0.25],"
+      "'attenuationDistance':2}},"
+      "'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':0}},"
+      "{'extensions':{'KHR_materials_transmission':{'transmissionFactor':0.75}},"
+      "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.6,0.7,1],'metallicFactor':0,"
+      "'roughnessFactor':0}},"
+      "{'alphaMode':'MASK','alphaCutoff':0.3,'pbrMetallicRoughness':{'baseColorTexture':{"
+      "'index':0},'metallicFactor':0,'roughnessFactor':1}},"
+      "{'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4],"
+      "'metallicFactor':0,'roughnessFactor':1}},"
+      "{'emissiveFactor':[1,0.5,0.25],'extensions':{'KHR_materials_emissive_strength':{"
+      "'emissiveStrength':8}}},"
+      "{'pbrMetallicRoughness':{'baseColorFactor':[0.9,0.6,0.3,1],'metallicRoughnessTexture':{"
+      "'index':1}}},"
+      "{'extensions':{'KHR_materials_unlit':{}},'pbrMetallicRoughness':{"
+      "'baseColorFactor':[0.1,0.2,0.3,1]}},"
+      "{'pbrMetallicRoughness':{'baseColorFactor':[7,-1,0.5,1],'metallicFactor':-3,"
+      "'roughnessFactor':9}},"
+      "{'alphaMode':'BLEND','pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1}}",
+      13, nodes, "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8,9,10,11,12]}]");
 }
 
 static void metals(const opened *o) {
   const pktrt_material *m = made(o, 0);
   met p = look_at_place(o, 0.4f, 0.4f);
   check(m->specular == PKTRT_SPECULAR_MIRROR && fabsf(m->exponent - 7.5f) < 1e-3f && fabsf(p.exponent - 7.5f) < 1e-3f,
-        "metal of roughness 0.5 is a mirror with exponent 7.5", "");
+      "metal of roughness 0.5 is a mirror with exponent 7.5", "");
   expect(p.reflectance, 0.9, 0.6, 0.3, "which reflects its colour, straight");
   expect(p.albedo, 0, 0, 0, "and is not diffuse");
   m = made(o, 1);
   check(m->specular == PKTRT_SPECULAR_COAT && fabsf(m->exponent - 7.5f) < 1e-3f && !m->texture,
-        "what is no metal has a coat", "");
+      "what is no metal has a coat", "");
   expect(m->albedo, 0.2, 0.4, 0.6, "over its colour");
   check(made(o, 2)->specular == PKTRT_SPECULAR_NONE, "of roughness 0.9 it is diffuse, metal or not", "");
   const float from[3] = {6.4f, 0.4f, 1}, aslant[3] = {0, 0.8f, -0.6f};
@@ -613,16 +612,16 @@ static void metals(const opened *o) {
   const float below[3] = {6.4f, -0.9f, 1};
   p = look(o, below, aslant);
   expect(p.reflectance, schlick(0.12, 0.6), schlick(0.22, 0.6), schlick(0.32, 0.6),
-         "half a metal reflects half as it, by the angle");
+      "half a metal reflects half as it, by the angle");
   expect(p.albedo, 0.1 * (1 - schlick(0.12, 0.6)), 0.2 * (1 - schlick(0.22, 0.6)), 0.3 * (1 - schlick(0.32, 0.6)),
-         "and is half diffuse");
+      "and is half diffuse");
 }
 
 static void transparent_and_textured(const opened *o) {
   met p;
   const pktrt_material *m = made(o, 4);
   check(m->specular == PKTRT_SPECULAR_DIELECTRIC && fabsf(m->ior[0] - 1.4f) < 1e-4f,
-        "transmission with a thickness is glass", "");
+      "transmission with a thickness is glass", "");
   expect(m->absorption, 0.34657, 0, 0.69315, "which absorbs by attenuation colour and distance");
   m = made(o, 5);
   check(m->specular == PKTRT_SPECULAR_THIN && m->transmission == 0.75f, "without thickness it is a thin sheet", "");
@@ -630,9 +629,9 @@ static void transparent_and_textured(const opened *o) {
   m = made(o, 6);
   check(m->cutout && !m->blend && look_at_place(o, 12.75f, 0.25f).opacity == 0 &&
             look_at_place(o, 12.25f, 0.25f).opacity == 1,
-        "a mask is a cutout by the texture's alpha", "");
+      "a mask is a cutout by the texture's alpha", "");
   check(look_at_place(o, 12.55f, 0.25f).opacity == 1 && look_at_place(o, 12.65f, 0.25f).opacity == 0, "at its cutoff",
-        "");
+      "");
   m = made(o, 7);
   check(m->blend && fabsf(m->transparency - 0.6f) < 1e-4f, "blend lets rays through by alpha", "");
   check(!made(o, 12)->blend, "but not where alpha is 1", "");
@@ -661,28 +660,28 @@ static void gltf_factors(void) {
 
 static void write_places(void) {
   write_gltf("places.gltf",
-             "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1},'normalTexture':{'index':2}},"
-             "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1,'baseColorTexture':{"
-             "'index':0,'extensions':"
-             "{'KHR_texture_transform':{'offset':[0.3,0.2],'rotation':0.5,'scale':[1.5,0.5]}}}}},"
-             "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1,'baseColorTexture':{"
-             "'index':3,'extensions':"
-             "{'KHR_texture_transform':{'offset':[-1,1]}}}}},"
-             "{'emissiveFactor':[1,1,1]}",
-             4,
-             "{'mesh':0},{'mesh':0,'translation':[3,0,0],'rotation':[0,0,0.70710678,0.70710678]},"
-             "{'mesh':1,'translation':[4,0,0]},{'mesh':2,'translation':[6,0,0]},{'mesh':3,"
-             "'translation':[8,0,0]},"
-             "{'mesh':3,'translation':[10,0,0],'scale':[-1,1,1]},"
-             "{'camera':0,'translation':[1,2,3],'rotation':[0,0.70710678,0,0.70710678]},"
-             "{'translation':[0,10,0],'children':[8]},{'translation':[0,0,5],'extensions':{"
-             "'KHR_lights_punctual':{'light':0}}},"
-             "{'rotation':[-0.70710678,0,0,0.70710678],'extensions':{'KHR_lights_punctual':{'light':1}}}",
-             "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,9]}],"
-             "'cameras':[{'type':'perspective','perspective':{'yfov':0.7,'aspectRatio':2,'znear':0.1}}],"
-             "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':30,"
-             "'color':[1,0.5,0]},"
-             "{'type':'directional','intensity':2}]}}");
+      "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1},'normalTexture':{'index':2}},"
+      "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1,'baseColorTexture':{"
+      "'index':0,'extensions':"
+      "{'KHR_texture_transform':{'offset':[0.3,0.2],'rotation':0.5,'scale':[1.5,0.5]}}}}},"
+      "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':1,'baseColorTexture':{"
+      "'index':3,'extensions':"
+      "{'KHR_texture_transform':{'offset':[-1,1]}}}}},"
+      "{'emissiveFactor':[1,1,1]}",
+      4,
+      "{'mesh':0},{'mesh':0,'translation':[3,0,0],'rotation':[0,0,0.70710678,0.70710678]},"
+      "{'mesh':1,'translation':[4,0,0]},{'mesh':2,'translation':[6,0,0]},{'mesh':3,"
+      "'translation':[8,0,0]},"
+      "{'mesh':3,'translation':[10,0,0],'scale':[-1,1,1]},"
+      "{'camera':0,'translation':[1,2,3],'rotation':[0,0.70710678,0,0.70710678]},"
+      "{'translation':[0,10,0],'children':[8]},{'translation':[0,0,5],'extensions':{"
+      "'KHR_lights_punctual':{'light':0}}},"
+      "{'rotation':[-0.70710678,0,0,0.70710678],'extensions':{'KHR_lights_punctual':{'light':1}}}",
+      "'scenes':[{'nodes':[0,1,2,3,4,5,6,7,9]}],"
+      "'cameras':[{'type':'perspective','perspective':{'yfov':0.7,'aspectRatio':2,'znear':0.1}}],"
+      "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':30,"
+      "'color':[1,0.5,0]},"
+      "{'type':'directional','intensity':2}]}}");
 }
 
 static void gltf_places(void) {
@@ -693,7 +692,7 @@ static void gltf_places(void) {
   pktrt_get_scene_info(o.world, &info);
   snprintf(text, sizeof text, "%u instances, %u triangles", (unsigned)info.instance_count, (unsigned)info.triangles);
   check(o.ok && info.instance_count == 2 && info.triangles == 10, "a mesh of two nodes is a model with two instances",
-        text);
+      text);
   met m = look_at_place(&o, 0.4f, 0.4f);
   expect(m.normal, 0.6, 0.0039, 0.8039, "a normal map bends normals towards u");
   m = look_at_place(&o, 2.6f, 0.4f);
@@ -710,17 +709,17 @@ static void gltf_places(void) {
   image_at(&four_again, (float)x, (float)(1 - y), IMAGE_REPEAT, IMAGE_REPEAT, rgba);
   m = look_at_place(&o, 4 + (float)u, 1 - (float)w);
   expect(m.albedo, (double)rgba[0], (double)rgba[1], (double)rgba[2],
-         "a texture's transform moves, turns and scales as glTF says");
+      "a texture's transform moves, turns and scales as glTF says");
   image_free(&four_again);
   expect(look_at_place(&o, 6.9f, 0.9f).albedo, 0, 0, 1, "a texture is clamped across and mirrored up and down");
 
   m = look_at_place(&o, 9.6f, 0.5f);
   check(m.some && !m.surface.inside, "what is mirrored keeps its outside", "");
-  snprintf(text, sizeof text, "%u lights, %u of them of their own", (unsigned)o.file.lights,
-           (unsigned)o.file.own_lights);
+  snprintf(
+      text, sizeof text, "%u lights, %u of them of their own", (unsigned)o.file.lights, (unsigned)o.file.own_lights);
   check(o.file.lights == 4 && o.file.own_lights == 2, "lights of nodes and what emits are lights", text);
-  const float sum[3] = {(float)(o.file.light_place[0] / 30), (float)(o.file.light_place[1] / 30),
-                        (float)(o.file.light_place[2] / 30)};
+  const float sum[3] = {
+      (float)(o.file.light_place[0] / 30), (float)(o.file.light_place[1] / 30), (float)(o.file.light_place[2] / 30)};
   expect(sum, 0, 10, 5, "a point light is where its nodes put it");
   check(fabs(o.file.light_sum[0] - 2) < 1e-4 && fabs(o.file.light_sum[1] - 30) < 1e-3, "as bright as it says", "");
   check(o.file.has_camera && fabsf(o.file.camera.fov_y - 40.107f) < 0.01f, "the camera has the file's angle", "");
@@ -732,16 +731,16 @@ static void gltf_places(void) {
 /* A triangle whose corners are red, green and blue. */
 static void vertex_colours(void) {
   write_text("colours.ply",
-             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-             "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
-             "property list uchar int vertex_indices\nend_header\n"
-             "0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n3 0 1 2\n");
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n"
+      "0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n3 0 1 2\n");
   opened o = open_file("colours.ply");
   const met m = look_at_place(&o, 0.5f, 0.25f);
   const float *colour = made_of(&o, m.material) ? made_of(&o, m.material)->colour : m.albedo;
   check(o.ok && m.some && colour[0] > 0, "a file with colours of vertices is read", "");
   expect(m.albedo, 0.25 * (double)colour[0], 0.5 * (double)colour[1], 0.25 * (double)colour[2],
-         "they are mixed between corners");
+      "they are mixed between corners");
   close_file(&o);
 }
 
@@ -753,8 +752,8 @@ static void lamps(void) {
   char text[100];
   write_text("lamp.mtl", "newmtl floor\nKd 0.5 0.5 0.5\nillum 1\nnewmtl lamp\nKd 0 0 0\nKe 10 5 0\nillum 1\n");
   write_text("lamp.obj",
-             "mtllib lamp.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 2 1\nv 1 2 1\nv 1 2 -1\nv -1 2 -1\n"
-             "usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n");
+      "mtllib lamp.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 2 1\nv 1 2 1\nv 1 2 -1\nv -1 2 -1\n"
+      "usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n");
   opened o = open_file("lamp.obj");
   memset(&d, 0, sizeof d);
   const mesh_view view = {"lamp.obj", 1, false, false, false};
@@ -772,7 +771,7 @@ static void lamps(void) {
   const double red = (double)pixels[0], green = (double)pixels[1];
   snprintf(text, sizeof text, "%g %g %g", red, green, (double)pixels[2]);
   check(fabs(red - 5 * 0.2395) < 0.06 && fabs(green - 2.5 * 0.2395) < 0.03 && !(pixels[2] > 0),
-        "it lights the floor by its colour and size", text);
+      "it lights the floor by its colour and size", text);
   const double exposed = mesh_view_exposure(&d, pixels) * red;
   snprintf(text, sizeof text, "%g", exposed);
   check(fabs(exposed - 0.8) < 0.06, "the automatic exposure makes nine tenths at most 0.8", text);
@@ -804,8 +803,8 @@ static void seams(void) {
   if (!file) exit(2);
   fprintf(file, "v -1 0 1\nv 1 0 1\nv -1 0 0\nv 1 0 0\n");
   for (int side = -1; side <= 1; side += 2) fprintf(file, "v %d %.9g %.9g\n", side, -sin(angle), -cos(angle));
-  fprintf(file,
-          "vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvt 0.5 0.5\nf 1/1 2/2 4/3\nf 1/1 4/3 3/4\nf 3/5 4/1 6/2\nf 3/5 6/2 5/3\n");
+  fprintf(
+      file, "vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvt 0.5 0.5\nf 1/1 2/2 4/3\nf 1/1 4/3 3/4\nf 3/5 4/1 6/2\nf 3/5 6/2 5/3\n");
   fclose(file);
   char text[100];
   opened o = open_file("seam.obj");
@@ -925,7 +924,7 @@ static void damage(void) {
   char text[100];
   unsigned good = 0;
   write_text("damaged.obj",
-             "mtllib damaged.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m4\nf 1/1 2/2 3/3\n");
+      "mtllib damaged.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m4\nf 1/1 2/2 3/3\n");
   for (int i = 0; i < TIMES; i++) {
     good += survives("factors.gltf", "damaged.gltf", "damaged.gltf", &random);
     good += survives("places.gltf", "damaged.gltf", "damaged.gltf", &random);

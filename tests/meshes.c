@@ -76,8 +76,8 @@ mesh mesh_grid(uint32_t n, float half) {
 mesh mesh_box(void) {
   mesh m = mesh_of(8, 12);
   for (uint32_t v = 0; v < 8; v++) set3(m.p + 3 * v, v & 1 ? 1.f : -1.f, v & 2 ? 1.f : -1.f, v & 4 ? 1.f : -1.f);
-  static const uint32_t face[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                      {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  static const uint32_t face[6][4] = {
+      {0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   for (uint32_t f = 0; f < 6; f++) {
     tri(&m, f * 2, face[f][0], face[f][1], face[f][2]);
     tri(&m, f * 2 + 1, face[f][0], face[f][2], face[f][3]);
@@ -230,8 +230,8 @@ world world_moving(int level) {
 
 /* --- rays --- */
 
-const char *ray_kind_name[RAYS_KINDS] = {"camera",       "bundles",       "random",  "edge-aimed",
-                                         "vertex-aimed", "axis-parallel", "spawned", "mixed with invalid"};
+const char *ray_kind_name[RAYS_KINDS] = {
+    "camera", "bundles", "random", "edge-aimed", "vertex-aimed", "axis-parallel", "spawned", "mixed with invalid"};
 
 pktrt_ray ray_towards(const float o[3], const float p[3], float time) {
   pktrt_ray r = ray_of(o[0], o[1], o[2], p[0] - o[0], p[1] - o[1], p[2] - o[2]);
@@ -286,8 +286,8 @@ pktrt_ray invalid_ray(rng *r, pktrt_ray x) {
   return x;
 }
 
-void make_rays(const world *w, const pktrt_scene *s, ray_kind kind, uint64_t seed, size_t first, pktrt_ray *out,
-               size_t n) {
+void make_rays(
+    const world *w, const pktrt_scene *s, ray_kind kind, uint64_t seed, size_t first, pktrt_ray *out, size_t n) {
   static const float axis[4] = {0.0f, -0.0f, 1.0f, -1.0f};
   for (size_t j = 0; j < n; j++) {
     uint64_t i = first + j;
@@ -300,16 +300,16 @@ void make_rays(const world *w, const pktrt_scene *s, ray_kind kind, uint64_t see
       rng v = rng_of(seed + i / 4096);
       uint32_t px = (uint32_t)(i % 8 + i / 64 % 8 * 8), py = (uint32_t)(i / 8 % 8 + i / 512 % 8 * 8);
       float eye[3] = {rng_range(&v, -3, 3), rng_range(&v, -1, 3), rng_range(&v, -4, 4)};
-      x = ray_of(eye[0], eye[1], eye[2], -eye[0] + ((float)px - 31.5f) / 30, -eye[1] + ((float)py - 31.5f) / 30,
-                 -eye[2]);
+      x = ray_of(
+          eye[0], eye[1], eye[2], -eye[0] + ((float)px - 31.5f) / 30, -eye[1] + ((float)py - 31.5f) / 30, -eye[2]);
       break;
     }
     case RAYS_BUNDLES: { /* 64 rays in two bundles, as two mirrors send them, and some strays; some look back a little */
       rng v = rng_of(seed + i / 64 * 2 + rng_below(&r, 2));
       for (int k = 0; k < 3; k++) o[k] = rng_range(&v, -2, 2), p[k] = -o[k] + rng_range(&v, -1, 1);
       x = ray_of(o[0] + rng_range(&r, -0.1f, 0.1f), o[1] + rng_range(&r, -0.1f, 0.1f),
-                 o[2] + rng_range(&r, -0.1f, 0.1f), p[0] + rng_range(&r, -0.1f, 0.1f),
-                 p[1] + rng_range(&r, -0.1f, 0.1f), p[2] + rng_range(&r, -0.1f, 0.1f));
+          o[2] + rng_range(&r, -0.1f, 0.1f), p[0] + rng_range(&r, -0.1f, 0.1f), p[1] + rng_range(&r, -0.1f, 0.1f),
+          p[2] + rng_range(&r, -0.1f, 0.1f));
       if (rng_below(&r, 10) == 0) random_point(w, &r, 1.0f, p), x = ray_towards(o, p, time);
       if (i / 64 % 4 == 0 && rng_below(&r, 8) == 0) x.tmin = -0.5f;
       break;

@@ -19,15 +19,15 @@ typedef struct world {
 mesh mesh_of(uint32_t nv, uint32_t nt); /* zeroed, one key */
 void mesh_free(mesh *);
 mesh mesh_sphere(int level, float bump, uint64_t seed); /* closed, 8 * 4^level triangles, radius 1 (+- bump) */
-mesh mesh_grid(uint32_t n, float half);                 /* y = 0, 2 n n triangles facing +y */
+mesh mesh_grid(uint32_t n, float half);                 /* y = 0, `2 n n` triangles facing +y */
 mesh mesh_box(void);                                    /* [-1,1]^3, 12 triangles facing out */
 mesh mesh_soup(uint32_t nt, float size, uint64_t seed); /* random triangles, centres in [-1,1]^3 */
 mesh mesh_thin(uint32_t nt, uint64_t seed);             /* needles and slivers */
 mesh mesh_copies(const mesh *, uint32_t copies);        /* the same triangles several times: ties */
 void mesh_place(mesh *, const float scale[3], const float offset[3]); /* all keys */
-void mesh_move(mesh *, uint32_t keys, float turn, float jitter,
-               uint64_t seed);                 /* adds keys: turned about y, jittered */
-mesh mesh_fan(uint32_t blades, uint64_t seed); /* around a hub, vertex 0, nearly facing z */
+void mesh_move(
+    mesh *, uint32_t keys, float turn, float jitter, uint64_t seed); /* adds keys: turned about y, jittered */
+mesh mesh_fan(uint32_t blades, uint64_t seed);                       /* around a hub, vertex 0, nearly facing z */
 
 static inline void mesh_scale(mesh *m, float s) { mesh_place(m, (float[3]){s, s, s}, (float[3]){0, 0, 0}); }
 static inline void mesh_shift(mesh *m, float x, float y, float z) {

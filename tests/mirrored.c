@@ -155,11 +155,11 @@ static void sides_of_hits(void) {
   }
   CHECK(apart == 0, "%zu rays hit something else", apart);
   CHECK(d.depths == 0 && d.normals == 0, "%zu t, u or v differ, %zu normals are not those of the corners", d.depths,
-        d.normals);
+      d.normals);
   CHECK(d.surfaces == 0, "%zu surfaces differ", d.surfaces);
   CHECK(d.spawned == 0 && d.spawned_at == 0, "%zu and %zu rays start elsewhere", d.spawned, d.spawned_at);
   CHECK(d.hits > scaled(8000) / 2 && d.inside > d.hits / 20 && d.control == d.hits,
-        "%zu hits, %zu from the inside, %zu noticed inside out", d.hits, d.inside, d.control);
+      "%zu hits, %zu from the inside, %zu noticed inside out", d.hits, d.inside, d.control);
   say("%zu hits, %zu from the inside, as in the counterpart; control, inside out: %zu differ", d.hits, d.inside,
       d.control);
   for (int side = 0; side < SIDES; side++)
@@ -195,9 +195,9 @@ static void windings(void) {
     control += closed && winding[MIRRORED] == 1 && winding[INSIDE_OUT] == -1;
   }
   CHECK(differ == 0 && wrong == 0, "%zu of %zu points differ, around %zu something winds neither 0 nor 1 times", differ,
-        points, wrong);
+      points, wrong);
   CHECK(within > points / (small_run ? 20 : 10) && control == within,
-        "%zu points inside, %zu of them noticed inside out", within, control);
+      "%zu points inside, %zu of them noticed inside out", within, control);
   say("%zu points, %zu inside a mirrored body, as in the counterpart; control: %zu differ", points, within, control);
   for (int side = 0; side < SIDES; side++) {
     pktrt_scene_destroy(s[side]);
@@ -236,8 +236,8 @@ static void add_bodies(pktrt_scene *s, const look *l, int side, const uint32_t *
       {1, 0, 0, 0}, {0.5f, 0.2f, 0, 0.1f}, {0.1f, 0.3f, 0, 0}, {1, 0.4f, -0.9f, 1}, {1, 0.3f, 1.2f, 0}};
   static const float at[2][24] = {
       {-1, 0, 0, -1.5f, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, -1.25f, 0, 1, 0, 0.25f, 0, 0, 1, 0},
-      {0.75f, 0.25f,  0, 1.25f, 0.125f, -0.75f,  0.25f, 0, 0, 0, 0.875f, 0.25f,
-       0.75f, 0.375f, 0, 1,     0.125f, -0.875f, 0.25f, 0, 0, 0, 0.875f, 0.25f}};
+      {0.75f, 0.25f, 0, 1.25f, 0.125f, -0.75f, 0.25f, 0, 0, 0, 0.875f, 0.25f, 0.75f, 0.375f, 0, 1, 0.125f, -0.875f,
+          0.25f, 0, 0, 0, 0.875f, 0.25f}};
   pktrt_mesh_desc desc[LOOKS];
   mesh normals = mesh_sphere(2, 0, 1);
   uint32_t model;
@@ -302,7 +302,7 @@ static void pictures_of_mirrored_glass(void) {
       {"DRT", PKTRT_MODE_DRT, .smooth = true},
       {"DRT, moving", PKTRT_MODE_DRT, .smooth = true, .moves = true},
       {"DRT, moving, from within, both ways", PKTRT_MODE_DRT, .moves = true, .within = true,
-       .branching = PKTRT_BRANCHING_BOTH},
+          .branching = PKTRT_BRANCHING_BOTH},
   };
   static float picture[SIDES][3 * PIXELS * PIXELS];
   size_t pictures = 0, least_control = SIZE_MAX;
@@ -317,9 +317,9 @@ static void pictures_of_mirrored_glass(void) {
           differ[side] += !same_bits(picture[0] + p, picture[side] + p, 3 * sizeof(float));
       }
       CHECK(differ[COUNTERPART] == 0, "%s, %s: %zu of %d pixels differ", looks[i].name, pktrt_isa_string(isas[k]),
-            differ[COUNTERPART], PIXELS * PIXELS);
+          differ[COUNTERPART], PIXELS * PIXELS);
       CHECK(differ[INSIDE_OUT] > PIXELS * PIXELS / 8, "%s: control, inside out, only %zu pixels differ", looks[i].name,
-            differ[INSIDE_OUT]);
+          differ[INSIDE_OUT]);
       least_control = differ[INSIDE_OUT] < least_control ? differ[INSIDE_OUT] : least_control;
       pictures++;
     }
@@ -380,9 +380,8 @@ static void ball_is_the_ball(void) {
 
 /* What is closed and mirrored is left where it was entered when its transform is set anew, mirrored or not. */
 static void mirrors_are_set_anew(void) {
-  static const float key[3][12] = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
-                                   {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0},
-                                   {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}};
+  static const float key[3][12] = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0},
+      {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}};
   static const float middle[3] = {0.1f, 0.2f, 0.15f};
   world w = world_of(mesh_box());
   const pktrt_mesh_desc m = mesh_desc(&w.m[0]);

@@ -105,11 +105,11 @@ static void warnings(void) {
       {.words = "PKTRT_MODE_RCS|conductor", .light = true, .metal = true},
       {.words = "PKTRT_MODE_RCS|lens|shutter", .light = true, .lens = true, .shutter = true},
       {.words = "PKTRT_MODE_WRT|lens",
-       .mode = PKTRT_MODE_WRT,
-       .light = true,
-       .lens = true,
-       .mirror = true,
-       .gloss = true},
+          .mode = PKTRT_MODE_WRT,
+          .light = true,
+          .lens = true,
+          .mirror = true,
+          .gloss = true},
       {.mode = PKTRT_MODE_WRT, .light = true, .glass = true},
       {.mode = PKTRT_MODE_DRT, .light = true, .lens = true, .shutter = true, .gloss = true},
       {.words = "mesh 0|changed|commit", .light = true, .moved = true},
@@ -173,8 +173,8 @@ static void bad_cameras(void) {
       pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 1, 1, pixel, vec_of(0, 0, 1), vec_of(0, 0, 0));
       d.camera.moving = moves;
       memcpy(d.camera.eye_end, d.camera.eye, sizeof d.camera.eye);
-      float *const vectors[6] = {d.camera.eye,     d.camera.target,     d.camera.up,
-                                 d.camera.eye_end, d.camera.target_end, d.camera.up_end};
+      float *const vectors[6] = {
+          d.camera.eye, d.camera.target, d.camera.up, d.camera.eye_end, d.camera.target_end, d.camera.up_end};
       vectors[i / 9][i / 3 % 3] = bad[i % 3];
       const pktrt_status status = pktrt_render(s, &d);
       snprintf(what, sizeof what, "%c of %s is", 'x' + i / 3 % 3, name[i / 9]);
@@ -227,8 +227,8 @@ static void camera_rays(void) {
       }
     }
     CHECK(same == SIDE * SIDE && hits > SIDE && others > SIDE,
-          "case %d: %zu of %d depths are the picture's, %zu hit; a hundredth of a pixel aside %zu differ", k, same,
-          SIDE * SIDE, hits, others);
+        "case %d: %zu of %d depths are the picture's, %zu hit; a hundredth of a pixel aside %zu differ", k, same,
+        SIDE * SIDE, hits, others);
     pktrt_scene_destroy(s);
     world_free(&w);
     free(pixels), free(depth);
@@ -266,7 +266,7 @@ static void cancelled_within_a_tile(void) {
     d.progress = five_times, d.user = &calls, d.path = (pktrt_path)path;
     pktrt_status status = pktrt_render(s, &d);
     CHECK(status == PKTRT_CANCELLED && calls == 5, "path %d: status %d, asked %d times: %s", path, (int)status, calls,
-          pktrt_last_error(s));
+        pktrt_last_error(s));
     d.max_depth = 3, d.progress = NULL;
     CHECK(pktrt_render(s, &d) == PKTRT_OK, "and the scene goes on");
     pktrt_scene_destroy(s);
@@ -295,8 +295,8 @@ static void target_of_broken_pixels(void) {
     d.target_error = 0.05f, d.report = &report, d.adaptive = k / 2 % 2, d.measure = (pktrt_error_measure)(k / 4);
     stage_render(s, &d);
     CHECK(report.stop == (bad ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR) && (report.unknown > 0) == bad,
-          "%s, measure %d: stop %d, %u pixels unknown", d.adaptive ? "adaptive" : "uniform", (int)d.measure,
-          (int)report.stop, (unsigned)report.unknown);
+        "%s, measure %d: stop %d, %u pixels unknown", d.adaptive ? "adaptive" : "uniform", (int)d.measure,
+        (int)report.stop, (unsigned)report.unknown);
     pktrt_scene_destroy(s);
   }
 }
@@ -317,7 +317,7 @@ static void skies_of_nothing(void) {
       hooks.warnings = 0;
       stage_render(s, &d);
       CHECK((hooks.warnings == 1) == !background && (pixel[0] > 0) == background,
-            "mode %d, background %d: %d warnings, %g", mode, background, hooks.warnings, (double)pixel[0]);
+          "mode %d, background %d: %d warnings, %g", mode, background, hooks.warnings, (double)pixel[0]);
       CHECK(background || strstr(hooks.last_log, "no light"), "%s", hooks.last_log);
       pktrt_scene_destroy(s);
     }

@@ -7,9 +7,9 @@
 #undef PKTRT_SCALAR /* the sets of the default will do: the best that runs here is asked */
 #undef PKTRT_AVX512
 #define PKTRT_IMPLEMENTATION
-#define PKTRT__NO_SETTINGS /* see settings.c */
-#define PKTRT__SLACK(part) slack_left.part
-#define PKTRT__SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
+#define PK_NO_SETTINGS /* see settings.c */
+#define PK_SLACK(part) slack_left.part
+#define PK_SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
 /* malloc gives nothing after so many times; below 0: for ever. Not to be set while others allocate. */
 #include <stdlib.h>
 static int mallocs_left = -1;
@@ -65,10 +65,10 @@ pktrt_scene *noslack_placed(const placement *p, pktrt_isa isa) {
 void noslack_unstretch(pktrt_scene *s) {
   bool ok = true;
   for (uint32_t i = 0; i < s->instance_count; i++) {
-    const pktrt__instance *in = &s->instances[i];
+    const pk_instance *in = &s->instances[i];
     for (uint32_t k = 0; k < in->key_count; k++) {
       float box[9];
-      ok = ok && pktrt__place_box(in->model, in->keys + 12 * (size_t)k, 0, box) &&
+      ok = ok && pk_instance_box(in->model, in->keys + 12 * (size_t)k, 0, box) &&
            pktrt_set_positions(s->boxes, i, k, box) == PKTRT_OK;
     }
   }
@@ -96,22 +96,22 @@ pktrt_scene *noslack_create(const pktrt_scene_desc *d) { return pktrt_scene_crea
 const char *noslack_error(void) { return pktrt_last_error(NULL); }
 void noslack_destroy(pktrt_scene *s) { pktrt_scene_destroy(s); }
 
-void noslack_intersect(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, pktrt_hit *hits,
-                       size_t n) {
+void noslack_intersect(
+    const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
   pktrt_intersect_ex(s, q, rays, hits, n);
 }
 
-void noslack_occluded(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, bool *occluded,
-                      size_t n) {
+void noslack_occluded(
+    const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, bool *occluded, size_t n) {
   pktrt_occluded_ex(s, q, rays, occluded, n);
 }
 
-void noslack_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
-                   pktrt_ray *out) {
+void noslack_spawn(
+    const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3], pktrt_ray *out) {
   pktrt_spawn(s, ray, hit, direction, out);
 }
 
 void noslack_spawn_at(const pktrt_scene *s, uint32_t index, uint32_t triangle, float u, float v, float time,
-                      const float direction[3], pktrt_ray *out) {
+    const float direction[3], pktrt_ray *out) {
   pktrt_spawn_at(s, index, triangle, u, v, time, direction, out);
 }

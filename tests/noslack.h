@@ -6,10 +6,10 @@
 /* What the bounds of >>exactness are multiplied by: 1 leaves them as they are. Not to be changed while others ask. */
 typedef struct slack_parts {
   float m, o, min, rho, depth, cross, shear, moving, least, estimate, tiny,
-      det;          /* the constants PKTRT__PAD_M, ... LEAST_DET */
+      det;          /* the constants PK_PAD_M, ... LEAST_DET */
   float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end, */
   float apex;       /* and by what rays that end together miss each other */
-  float calm;       /* by how much bounds of depths that say that doubles suffice may differ */
+  float accurate;   /* by how much bounds of depths that say that doubles suffice may differ */
   float edge;       /* how far rays start from edges */
   float parts;      /* how much boxes of parts of split triangles are widened, in steps of floats */
 
@@ -22,7 +22,7 @@ typedef struct slack_parts {
   float reach, leave, many, farthest[2], swept;
 
   /* Edge functions in doubles, of one and by eights; planes where rays begin or end, of one and by eights. */
-  float doubles, eights, apart[2];
+  float doubles, eights, misses[2];
 
   /* Of the paper path: planes through the common origin, and intervals. */
   float paper, interval;
@@ -44,7 +44,7 @@ extern const slack_parts slack_whole, slack_none;
 pktrt_scene *noslack_scene(const world *, pktrt_isa);      /* committed; NULL on failure */
 pktrt_scene *noslack_split(const world *, pktrt_isa);      /* of the high quality */
 pktrt_scene *noslack_placed(const placement *, pktrt_isa); /* the same of models and instances */
-/* Takes away the slack of instances alone, see >>places: fits their boxes, and leaves nothing for rays in their frames. */
+/* Takes away the slack of instances alone, see >>frames: fits their boxes, and leaves nothing for rays in their frames. */
 void noslack_unstretch(pktrt_scene *);
 /* Makes a scene without hooks, whose malloc gives nothing after so many times. Returns whether that is told as it should be, if it is
    noticed: *refused. */
@@ -56,6 +56,6 @@ void noslack_intersect(const pktrt_scene *, const pktrt_query_desc *, const pktr
 void noslack_occluded(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *occluded, size_t n);
 void noslack_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3], pktrt_ray *);
 void noslack_spawn_at(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float u, float v, float time,
-                      const float direction[3], pktrt_ray *);
+    const float direction[3], pktrt_ray *);
 
 #endif

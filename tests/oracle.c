@@ -567,7 +567,7 @@ static const char *objection_to(const oracle_soup *s, const pktrt_ray *r, const 
 }
 
 const char *oracle_objection(const oracle_soup *s, const pktrt_ray *r, const oracle_list *list, const pktrt_hit *hits,
-                             size_t n, size_t capacity) {
+    size_t n, size_t capacity) {
   if (n > capacity) return "there are more hits than asked for";
   for (size_t i = 0; i < n; i++) {
     const char *what = objection_to(s, r, list, &hits[i]);
@@ -591,6 +591,6 @@ const char *oracle_objection(const oracle_soup *s, const pktrt_ray *r, const ora
 }
 
 bool oracle_accepts(const oracle_soup *s, const pktrt_ray *r, const oracle_list *list, const pktrt_hit *hits, size_t n,
-                    size_t capacity) {
+    size_t capacity) {
   return oracle_objection(s, r, list, hits, n, capacity) == NULL;
 }

@@ -78,9 +78,9 @@ void oracle_count(const pktrt_ray *, const oracle_list *, size_t *least, size_t 
 
 /* Says what is wrong with an answer, or NULL. The answer is n hits in order; where n is less than the capacity that was asked
    for, they are all there are, else the first. The nearest hit: capacity 1, and n 0 for a miss. */
-const char *oracle_objection(const oracle_soup *, const pktrt_ray *, const oracle_list *, const pktrt_hit *, size_t n,
-                             size_t capacity);
-bool oracle_accepts(const oracle_soup *, const pktrt_ray *, const oracle_list *, const pktrt_hit *, size_t n,
-                    size_t capacity);
+const char *oracle_objection(
+    const oracle_soup *, const pktrt_ray *, const oracle_list *, const pktrt_hit *, size_t n, size_t capacity);
+bool oracle_accepts(
+    const oracle_soup *, const pktrt_ray *, const oracle_list *, const pktrt_hit *, size_t n, size_t capacity);
 
 #endif

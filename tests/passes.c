@@ -159,7 +159,7 @@ static void mean_of_singles(void) {
     CHECK(w.rounds == N && not_the_mean(passes.pixels, single, N) == 0, "%s: %u rounds", name, w.rounds);
     CHECK(wrong_notes(&passes, single, N) == 0, "%s: %zu notes are wrong", name, wrong_notes(&passes, single, N));
     CHECK(not_the_mean(passes.pixels, single, N - 1) > PIXELS / 2 && wrong_notes(&passes, single, N - 1) > PIXELS / 2,
-          "%s: the control: a mean of four is another", name);
+        "%s: the control: a mean of four is another", name);
     d = film_view(&unsplit);
     d.sampler = (pktrt_sampler)sampler, d.seed = 12345, d.samples = N;
     stage_render(s, &d);
@@ -206,7 +206,7 @@ static void passes_smooth_edges(void) {
       differ += fabsf(b - a) > 0.05f, off += fabsf(b - c) > 0.2f, edges += fabsf(c - a) > 0.05f;
     }
     CHECK(edges > 20 && differ > edges / 2 && off <= edges / 4, "mode %d: %zu floats of edges, %zu smooth, %zu off",
-          mode, edges, differ, off);
+        mode, edges, differ, off);
     pktrt_scene_destroy(s);
   }
 }
@@ -259,7 +259,7 @@ static void one_pass(void) {
   CHECK(peak[1] == peak[0] && calls[1] == calls[0], "%zu bytes, was %zu", peak[1], peak[0]);
   const size_t notes = 64 * PIXELS; /* sums of what primary rays met: this picture wants all of that */
   CHECK(peak[2] >= peak[0] + 42 * PIXELS + notes && peak[2] < peak[0] + 43 * PIXELS + notes,
-        "the control: two passes take 42 bytes per pixel: %zu, was %zu", peak[2], peak[0]);
+      "the control: two passes take 42 bytes per pixel: %zu, was %zu", peak[2], peak[0]);
   say("bytes while rendering %d pixels: one pass %zu, two %zu, of which %zu for the optional buffers", PIXELS, peak[1],
       peak[2], notes);
   pktrt_scene_destroy(s);
@@ -356,7 +356,7 @@ static void formulas(void) {
     expect(single, n, &want);
     const size_t wrong = errors_off(&passes, &want);
     CHECK(wrong == 0, "%u passes: %zu figures differ; RMSE %g, formula %g; relative MSE %g, formula %g", n, wrong,
-          passes.report.rmse, want.rmse, passes.report.relative_mse, want.relative);
+        passes.report.rmse, want.rmse, passes.report.relative_mse, want.relative);
     CHECK(want.rmse > 0.01, "the control: there is an error");
     if (n == 2) continue;
     expect(single, n - 1, &other);
@@ -444,7 +444,7 @@ static void same_whatever(void) {
     target = (float)want[kind].report.relative_mse * 0.8f;
   }
   CHECK(want[2].report.stop == PKTRT_STOP_ERROR && wanted[2].rounds > 2 && want[1].report.samples_max > 5,
-        "%u rounds, up to %u samples", wanted[2].rounds, want[1].report.samples_max);
+      "%u rounds, up to %u samples", wanted[2].rounds, want[1].report.samples_max);
   target = (float)want[1].report.relative_mse * 0.8f;
   pktrt_scene_destroy(s);
   for (uint32_t k = 0; k < (uint32_t)isa_count * 2; k++) {
@@ -461,7 +461,7 @@ static void same_whatever(void) {
       stage_render(s, &d);
       pictures++;
       CHECK(same_film(&got, &want[kind]), "kind %d, %s, %d workers, path %d, tiles %u, packets %u, assembly %d", kind,
-            pktrt_isa_string(isas[k / 2]), threads, (int)d.path, d.tile_size, d.packet_size, (int)d.assembly);
+          pktrt_isa_string(isas[k / 2]), threads, (int)d.path, d.tile_size, d.packet_size, (int)d.assembly);
       bool alike = w.rounds == wanted[kind].rounds;
       for (uint32_t r = 0; r < w.rounds && alike; r++) alike = same_report(&w.report[r], &wanted[kind].report[r]);
       CHECK(alike, "kind %d: other reports", kind);
@@ -499,11 +499,11 @@ static void stop_rules(void) {
   static const struct {
     uint32_t passes, error, clock, asked; /* rounds after which a rule says stop; 0: there is none */
     pktrt_stop stop;
-  } rules[] = {{3, 0, 0, 0, PKTRT_STOP_PASSES}, {0, 5, 0, 0, PKTRT_STOP_ERROR},  {0, 0, 4, 0, PKTRT_STOP_TIME},
-               {0, 0, 0, 3, PKTRT_STOP_ASKED},  {0, 0, 1, 0, PKTRT_STOP_TIME},   {0, 0, 0, 1, PKTRT_STOP_ASKED},
-               {6, 5, 7, 7, PKTRT_STOP_ERROR},  {5, 6, 7, 7, PKTRT_STOP_PASSES}, {7, 6, 5, 7, PKTRT_STOP_TIME},
-               {7, 7, 6, 5, PKTRT_STOP_ASKED},  {5, 5, 5, 5, PKTRT_STOP_ERROR},  {5, 0, 5, 5, PKTRT_STOP_PASSES},
-               {0, 0, 5, 5, PKTRT_STOP_TIME}};
+  } rules[] = {{3, 0, 0, 0, PKTRT_STOP_PASSES}, {0, 5, 0, 0, PKTRT_STOP_ERROR}, {0, 0, 4, 0, PKTRT_STOP_TIME},
+      {0, 0, 0, 3, PKTRT_STOP_ASKED}, {0, 0, 1, 0, PKTRT_STOP_TIME}, {0, 0, 0, 1, PKTRT_STOP_ASKED},
+      {6, 5, 7, 7, PKTRT_STOP_ERROR}, {5, 6, 7, 7, PKTRT_STOP_PASSES}, {7, 6, 5, 7, PKTRT_STOP_TIME},
+      {7, 7, 6, 5, PKTRT_STOP_ASKED}, {5, 5, 5, 5, PKTRT_STOP_ERROR}, {5, 0, 5, 5, PKTRT_STOP_PASSES},
+      {0, 0, 5, 5, PKTRT_STOP_TIME}};
   for (size_t i = 0; i < COUNT(rules); i++) {
     uint32_t rounds = N;
     const uint32_t ends[4] = {rules[i].passes, rules[i].error, rules[i].clock, rules[i].asked};
@@ -518,8 +518,8 @@ static void stop_rules(void) {
     if (rules[i].clock) d.time_budget = rules[i].clock + 0.5; /* a round takes a second */
     stage_render(s, &d);
     CHECK(f.report.stop == rules[i].stop && f.report.rounds == rounds && w.rounds == rounds,
-          "rules %zu: %u rounds, want %u; stop %d, want %d", i, f.report.rounds, rounds, (int)f.report.stop,
-          (int)rules[i].stop);
+        "rules %zu: %u rounds, want %u; stop %d, want %d", i, f.report.rounds, rounds, (int)f.report.stop,
+        (int)rules[i].stop);
     CHECK(same_bits(f.pixels, kept[rounds - 1], sizeof *kept), "rules %zu: the picture of that many passes", i);
     CHECK(f.report.seconds == rounds && f.count[0] == 2 * rounds, "rules %zu: %g s", i, f.report.seconds);
   }
@@ -543,7 +543,7 @@ static void cancelled_later(void) {
     d.progress = watch_progress, d.user = &w;
     CHECK(pktrt_render(s, &d) == PKTRT_CANCELLED && strstr(pktrt_last_error(s), "progress"), "%s", pktrt_last_error(s));
     CHECK(f.report.stop == PKTRT_STOP_CANCELLED && f.report.rounds == (adaptive ? 1u : 2u) && f.report.samples_min == 2,
-          "%u rounds", f.report.rounds);
+        "%u rounds", f.report.rounds);
     CHECK(w.calls > 0 && !w.backwards && w.said >= w.no_from && w.said < 0.6f, "%g done", (double)w.said);
     size_t of_two = 0, of_three = 0, other = 0;
     for (size_t i = 0; i < PIXELS; i++) {
@@ -552,7 +552,7 @@ static void cancelled_later(void) {
       of_two += is_two, of_three += is_three && f.count[i] == 3, other += !is_two && !is_three;
     }
     CHECK(of_two > 0 && (adaptive ? of_two + other > 0 : of_three > PIXELS / 4 && other == 0),
-          "%zu pixels of two passes, %zu of three, %zu of neither", of_two, of_three, other);
+        "%zu pixels of two passes, %zu of three, %zu of neither", of_two, of_three, other);
   }
   pktrt_scene_destroy(s);
 }
@@ -630,15 +630,15 @@ static void budgets_kept(void) {
       stage_render(s, &d);
       const double took = f.report.seconds, first = adaptive ? 2 * pass : pass;
       CHECK(f.report.stop == PKTRT_STOP_TIME && near(took, work.samples / 1000, 1e-9), "%g s, %g by the clock", took,
-            work.samples / 1000);
+          work.samples / 1000);
       if (budget < first) {
         CHECK(near(took, first, 1e-9) && f.report.rounds == 1, "budget %g: %g s", budget, took);
         continue;
       }
       CHECK(took <= budget + (adaptive ? block : 1e-9), "%s, budget %g: %g s", adaptive ? "adaptive" : "uniform",
-            budget, took);
+          budget, took);
       CHECK(adaptive ? 1.1 * took > budget - 1e-9 : took + pass > budget - 1e-9, "%s, budget %g: %g s",
-            adaptive ? "adaptive" : "uniform", budget, took);
+          adaptive ? "adaptive" : "uniform", budget, took);
       most = fmax(most, took / budget), least = fmin(least, took / budget);
     }
     say("%s: %.4f to %.4f of the budget", adaptive ? "adaptive" : "uniform", least, most);
@@ -675,10 +675,10 @@ static void clock_set_back(void) {
     stage_render(s, &d);
     const uint32_t rounds = rule == 1 ? 4 : 7;
     CHECK(h.w.rounds == rounds && f.report.stop == (rule == 1 ? PKTRT_STOP_TIME : PKTRT_STOP_PASSES),
-          "rule %d: %u rounds", rule, h.w.rounds);
+        "rule %d: %u rounds", rule, h.w.rounds);
     for (uint32_t i = 0; i < h.w.rounds; i++)
       CHECK(near(h.w.report[i].seconds, after[i], 1e-9), "rule %d: %g s after round %u, not %g", rule,
-            h.w.report[i].seconds, i + 1, after[i]);
+          h.w.report[i].seconds, i + 1, after[i]);
   }
   pktrt_scene_destroy(s);
 }
@@ -708,7 +708,7 @@ static void unreliable_estimates(void) {
         d.passes = 2;
         stage_render(s, &d);
         CHECK(f.report.unreliable[0] == !even && f.report.unreliable[1] == !even, "even %d: %g effective pixels", even,
-              f.report.effective_pixels[0]);
+            f.report.effective_pixels[0]);
         CHECK((f.report.effective_pixels[0] > PIXELS / 8) == (even != 0), "%g pixels", f.report.effective_pixels[0]);
         CHECK(f.report.rmse_low < f.report.rmse && f.report.rmse < f.report.rmse_high, "within its interval");
         d.measure = (pktrt_error_measure)measure, d.adaptive = adaptive != 0, d.passes = 0;
@@ -764,9 +764,9 @@ static void passes_go_where_noise_is(void) {
     CHECK(uniform.report.samples_min == 2 * PASSES && uniform.report.samples_max == 2 * PASSES, "uniform is uniform");
     const uint32_t noisy = adaptive.count[0], still = adaptive.count[PIXELS - 1];
     CHECK(noisy > 6 * still && noisy + 16 > adaptive.report.samples_max, "%u samples in the corner, %u afar", noisy,
-          still);
+        still);
     CHECK(still <= adaptive.report.samples_min + 2, "%u samples where it is still, least %u", still,
-          adaptive.report.samples_min);
+        adaptive.report.samples_min);
     const double mean = adaptive.report.samples_mean / 2;
     most_mean = fmax(most_mean, mean);
     CHECK(mean > PASSES - 0.2 && mean < PASSES + 0.2, "%g passes on average", mean);
@@ -798,10 +798,10 @@ static void every_size_ends(void) {
         stage_render(s, &d);
         renders++, longest = f.report.rounds > longest ? f.report.rounds : longest;
         CHECK(f.report.stop == (i < 3 ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR), "%u x %u, case %d: %u rounds, mean %g",
-              w, h, i, f.report.rounds, f.report.samples_mean / 2);
+            w, h, i, f.report.rounds, f.report.samples_mean / 2);
         const double off = fabs(f.report.samples_mean / 2 - d.passes) * w * h;
         CHECK(i >= 3 || off <= fmax(0.1 * w * h, EDGE * EDGE), "%u x %u, case %d: %g of %u", w, h, i,
-              f.report.samples_mean / 2, d.passes);
+            f.report.samples_mean / 2, d.passes);
       }
     }
   }
@@ -828,10 +828,10 @@ static void still_pictures(void) {
     if (i / 2 == 1) d.target_error = 1e-30f;
     if (i / 2 == 2) d.time_budget = 9.5;
     stage_render(s, &d);
-    CHECK(f.report.stop == (i / 2 == 0   ? PKTRT_STOP_PASSES
-                            : i / 2 == 1 ? PKTRT_STOP_ERROR
-                                         : PKTRT_STOP_TIME),
-          "case %d", i);
+    CHECK(f.report.stop == (i / 2 == 0      ? PKTRT_STOP_PASSES
+                               : i / 2 == 1 ? PKTRT_STOP_ERROR
+                                            : PKTRT_STOP_TIME),
+        "case %d", i);
     CHECK(!f.report.unreliable[0] && f.report.effective_pixels[0] == 0 && f.report.rmse_high == 0, "case %d", i);
     CHECK(f.report.rmse == 0 && f.report.relative_mse == 0 && f.report.unknown == 0, "case %d: %g", i, f.report.rmse);
     CHECK(i / 2 != 0 || near(f.report.samples_mean, 21, 0.02), "case %d: %g samples", i, f.report.samples_mean);
@@ -843,7 +843,7 @@ static void still_pictures(void) {
   d.passes = 7;
   stage_render(s, &d);
   CHECK(f.report.rmse > 0 && f.pixel_error[0] > 0 && f.pixel_error[PIXELS - 1] == 0,
-        "the control: a corner is not still");
+      "the control: a corner is not still");
   pktrt_scene_destroy(s);
 }
 
@@ -877,9 +877,9 @@ static void unknown_pixels(void) {
     stage_render(s, &d);
     CHECK(f.report.stop == (i < 4 ? PKTRT_STOP_PASSES : PKTRT_STOP_TIME), "case %d", i); /* no target is met so */
     CHECK(f.report.rmse > 0 && f.report.rmse < 1 && f.report.relative_mse > 0 && f.report.relative_mse < 10, "case %d",
-          i);
+        i);
     CHECK(f.report.unknown > PIXELS / 6 && f.report.unknown < PIXELS / 2, "case %d: %llu", i,
-          (unsigned long long)f.report.unknown);
+        (unsigned long long)f.report.unknown);
   }
   pktrt_render_desc d = film_view(&f);
   vec_put(vec_of(0, 0, 0), d.camera.eye), vec_put(vec_of(0, 0, -1), d.camera.target);
@@ -892,7 +892,7 @@ static void unknown_pixels(void) {
   }
   expect(single, N, &want);
   CHECK(want.unknown > 0 && errors_off(&f, &want) == 0, "%zu figures differ; %llu unknown, counted %llu",
-        errors_off(&f, &want), (unsigned long long)f.report.unknown, (unsigned long long)want.unknown);
+      errors_off(&f, &want), (unsigned long long)f.report.unknown, (unsigned long long)want.unknown);
   CHECK(f.block_error[0] < 1 && f.block_error[BLOCKS - 1] > FLT_MAX, "of the last block nothing is known");
   pktrt_scene_destroy(s);
 }
@@ -969,7 +969,7 @@ static void late_no(void) {
     const pktrt_status status = pktrt_render(s, &d);
     CHECK(status == (last ? PKTRT_OK : PKTRT_CANCELLED), "no from %g on: %d", (double)from, (int)status);
     CHECK(f.report.stop == (last ? PKTRT_STOP_PASSES : PKTRT_STOP_CANCELLED) && f.report.rounds == (last ? 4 : 1),
-          "%u rounds", (unsigned)f.report.rounds);
+        "%u rounds", (unsigned)f.report.rounds);
   }
   pktrt_scene_destroy(s);
 }
@@ -981,19 +981,13 @@ static void refused_rules(void) {
     uint32_t passes, samples;
     double target, time;
     bool adaptive;
-  } bad[] = {{"65537|passes", 65537, 1, 0, 0, false},
-             {"4294967295|passes", 0xFFFFFFFFu, 1, 0, 0, false},
-             {"65536|65536|2^32", 65536, 65536, 0, 0, false},
-             {"2^32", 65536, 65536, 0, 0, true},
-             {"target_error|-0.25", 0, 1, -0.25, 0, false},
-             {"target_error|nan", 0, 1, (double)NAN, 0, false},
-             {"target_error|nan", 4, 1, (double)NAN, 0, true},
-             {"time_budget|-2", 0, 1, 0, -2, false},
-             {"time_budget|nan", 0, 1, 0, (double)NAN, false},
-             {"target_error|one pass", 1, 64, 0.1, 0, false},
-             {"adaptive|rule", 0, 64, 0, 0, true},
-             {"adaptive|two passes", 1, 64, 0, 0, true},
-             {"adaptive|two passes", 1, 64, 0, 3, true}};
+  } bad[] = {{"65537|passes", 65537, 1, 0, 0, false}, {"4294967295|passes", 0xFFFFFFFFu, 1, 0, 0, false},
+      {"65536|65536|2^32", 65536, 65536, 0, 0, false}, {"2^32", 65536, 65536, 0, 0, true},
+      {"target_error|-0.25", 0, 1, -0.25, 0, false}, {"target_error|nan", 0, 1, (double)NAN, 0, false},
+      {"target_error|nan", 4, 1, (double)NAN, 0, true}, {"time_budget|-2", 0, 1, 0, -2, false},
+      {"time_budget|nan", 0, 1, 0, (double)NAN, false}, {"target_error|one pass", 1, 64, 0.1, 0, false},
+      {"adaptive|rule", 0, 64, 0, 0, true}, {"adaptive|two passes", 1, 64, 0, 0, true},
+      {"adaptive|two passes", 1, 64, 0, 3, true}};
   pktrt_scene *s = room(PKTRT_ISA_AUTO, 0);
   pktrt_render_desc d = film_view(&clean);
   for (size_t i = 0; i < COUNT(bad); i++) {
@@ -1014,7 +1008,7 @@ static void refused_rules(void) {
   for (int value = -1; value <= 2; value += 3) {
     d = film_view(&f), d.measure = (pktrt_error_measure)value, d.passes = 2;
     CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "pktrt_error_measure"), "%d",
-          value);
+        value);
   }
   CHECK(same_bits(&f, &clean, sizeof f), "refused calls write nothing");
   d = film_view(&f), d.trust_estimates = true, d.passes = 65536, d.samples = 65535,
@@ -1071,8 +1065,8 @@ static void tiles_by_hand(void) {
 }
 
 /* One pass of a view by tiles of 8 x 12 pixels, backwards, from two scenes in turns, onto the sums. */
-static void add_pass_by_hand(pktrt_scene *const s[2], const pktrt_render_desc *d, uint32_t pass,
-                             pktrt_pixel_sums *sums) {
+static void add_pass_by_hand(
+    pktrt_scene *const s[2], const pktrt_render_desc *d, uint32_t pass, pktrt_pixel_sums *sums) {
   double means[8 * 12 * 3];
   for (uint32_t y = H; y > 0; y -= 12)
     for (uint32_t x = W; x > 0; x -= 8) {
@@ -1107,7 +1101,7 @@ static void passes_by_hand(void) {
       CHECK(pktrt_finish_passes(empty, &d[1], passes, sums) == PKTRT_OK, "%s", pktrt_last_error(empty));
     } while (got.report.stop == PKTRT_STOP_NOT_YET && passes < ROUNDS);
     CHECK(same_bits(&got, &want, offsetof(film, report)) && same_report(&got.report, &want.report),
-          "case %u: %u passes, %u", i, got.report.rounds, want.report.rounds);
+        "case %u: %u passes, %u", i, got.report.rounds, want.report.rounds);
     CHECK((i < 4) == (passes <= 3) && passes < ROUNDS, "the control: the rule asks for %u passes", passes);
     memset(other, 0, sizeof other);
     for (uint32_t k = passes; k > 0; k--) add_pass_by_hand(s, &d[1], k - 1, other);

@@ -266,14 +266,14 @@ static void blur_disk(double z, double focus, double aperture) {
   say("square at %g, focus at %g: radius %.4f, by moments %.4f and %.4f, the farthest light at %.4f", z, focus, r,
       2 * sqrt(xx / sum - want + r * r / 4), 2 * sqrt(yy / sum - want + r * r / 4), farthest);
   CHECK(fabs(xx / sum / want - 1) < 0.03 && fabs(yy / sum / want - 1) < 0.03, "moments %g, %g, not %g", xx / sum,
-        yy / sum, want);
+      yy / sum, want);
   CHECK(fabs(xx / sum / (want * 1.21) - 1) > 0.1, "the control: a tenth more would fail");
   CHECK(fabs(xy / sum) < 0.03 * want && fabs(x1 / sum) < 0.02 * r && fabs(y1 / sum) < 0.02 * r,
-        "round and in the middle");
+      "round and in the middle");
   CHECK(fabs(inner / sum - 0.5) < 0.05, "uniform: half the light within half the area: %g", inner / sum);
   CHECK(farthest < r + 1.5 * half + pixel && farthest > 0.93 * r, "light as far as %g", farthest);
   CHECK(fabs(sum * pixel * pixel / (4 * half * half) - 1) < 0.03, "as much light as without a lens: %g",
-        sum * pixel * pixel / (4 * half * half));
+      sum * pixel * pixel / (4 * half * half));
   pktrt_scene_destroy(s);
   free(got);
 }
@@ -469,7 +469,7 @@ static void camera_meets_target(void) {
       for (int i = 0; i < N * N * 3; i++) bad += !(got[i] >= 0 && got[i] < 10), differ += got[i] != got[i % 3];
       CHECK(bad == 0, "mode %d, shutter %g: %zu floats are no radiance", mode, (double)d.camera.shutter, bad);
       CHECK(u.wrong == 0, "mode %d, shutter %g: %zu of %zu directions not of unit length", mode,
-            (double)d.camera.shutter, u.wrong, u.asked);
+          (double)d.camera.shutter, u.wrong, u.asked);
       CHECK(mode != PKTRT_MODE_DRT || frozen || (u.asked > N * N && differ > N), "the control: it sees something");
     }
   }
@@ -540,7 +540,7 @@ static void antialiasing(void) {
         d.samples = 1;
         stage_render(s, &d);
         CHECK(mode == PKTRT_MODE_DRT ? got[9] == 0 || got[9] == 1 : (got[9] == 1) == (share > 0.5),
-              "mode %d, one sample: %g for %g", mode, (double)got[9], share);
+            "mode %d, one sample: %g for %g", mode, (double)got[9], share);
       }
     }
     pktrt_scene_destroy(s);
@@ -556,13 +556,13 @@ static void buffers(void) {
   vec n = vec_unit(vec_of(0.2, 1, 0.3)), side = vec_unit(vec_cross(n, vec_of(0, 0, 1))), along = vec_cross(side, n),
       eye = vec_of(0, 2, 5);
   quad q[3] = {quad_of(vec_of(0, 0, 0), vec_mul(along, 3), vec_mul(side, 3)),
-               quad_of(vec_of(-1, 1, 1), vec_of(0.5, 0, 0), vec_of(0, 0.5, 0)),
-               quad_of(vec_of(1, 1, 1), vec_of(0, 0.5, 0.1), vec_of(0.5, 0, 0))};
+      quad_of(vec_of(-1, 1, 1), vec_of(0.5, 0, 0), vec_of(0, 0.5, 0)),
+      quad_of(vec_of(1, 1, 1), vec_of(0, 0.5, 0.1), vec_of(0.5, 0, 0))};
   double grey[3] = {0.6, 0, 0};
   vec normal[3] = {n, vec_of(0, 0, 1), vec_unit(vec_of(0, -0.1, 0.5))};
   pktrt_scene *s = stage_open();
   pktrt_material m[3] = {material_of(0.6, PKTRT_SPECULAR_NONE, 0), material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0),
-                         material_of(0, PKTRT_SPECULAR_CONDUCTOR, 0)};
+      material_of(0, PKTRT_SPECULAR_CONDUCTOR, 0)};
   for (int i = 0; i < 3; i++) stage_quad(s, &q[i], stage_material(s, &m[i]));
   stage_commit(s);
   float *p[4];
@@ -581,7 +581,7 @@ static void buffers(void) {
       double t = INFINITY;
       for (int corner = 0; corner < 5; corner++) { /* the last is the middle; leave out pixels that show two things */
         vec v = stage_through(&d.camera, i % BUF + (corner == 4 ? 0.5 : corner % 2),
-                              i / BUF + (corner == 4 ? 0.5 : corner / 2), BUF, BUF);
+            i / BUF + (corner == 4 ? 0.5 : corner / 2), BUF, BUF);
         int now = 3;
         t = INFINITY;
         for (int k = 0; k < 3; k++) {
@@ -599,15 +599,15 @@ static void buffers(void) {
       vec got = vec_from(p[2] + 3 * i), want = what < 3 ? normal[what] : vec_of(0, 0, 0);
       double tolerance = mode == PKTRT_MODE_DRT ? 0.02 : 1e-6;
       CHECK(what == 3 ? p[1][i] == INFINITY : fabs((double)p[1][i] - t) < tolerance * t,
-            "pixel %u of %d: depth %g, not %g", i, what, (double)p[1][i], t);
+          "pixel %u of %d: depth %g, not %g", i, what, (double)p[1][i], t);
       CHECK(vec_length(vec_sub(got, want)) < 1e-6, "pixel %u of %d: normal %g %g %g", i, what, got.x, got.y, got.z);
       for (uint32_t k = 0; k < 3; k++) {
         CHECK(fabs((double)p[3][3 * i + k] - (what < 3 ? grey[what] : 0)) < 1e-6, "pixel %u of %d: albedo %g", i, what,
-              (double)p[3][3 * i + k]);
+            (double)p[3][3 * i + k]);
       }
     }
     CHECK(seen[0] > 200 && seen[1] > 20 && seen[2] > 20 && seen[3] > 50, "%zu %zu %zu %zu", seen[0], seen[1], seen[2],
-          seen[3]);
+        seen[3]);
   }
   for (int i = 0; i < 4; i++) free(p[i]);
   pktrt_scene_destroy(s);
@@ -627,10 +627,10 @@ static void buffers_at_edges(void) {
   stage_render(s, &d);
   double share = (double)albedo[3] / 0.6;
   CHECK(depth[0] < 4.001f && depth[0] > 3.999f && fabsf(depth[1] - depth[0]) < 1e-3f && depth[2] == INFINITY,
-        "%g %g %g", (double)depth[0], (double)depth[1], (double)depth[2]);
+      "%g %g %g", (double)depth[0], (double)depth[1], (double)depth[2]);
   CHECK(share > 0.4 && share < 0.6 && fabs((double)normal[5] - share) < 1e-6 &&
             fabs((double)pixel[3] - 0.6 * share) < 1e-6,
-        "%g of the pixel, normal %g", share, (double)normal[5]);
+      "%g of the pixel, normal %g", share, (double)normal[5]);
   CHECK(normal[2] == 1 && normal[8] == 0 && albedo[0] > 0.59f && albedo[6] == 0);
   pktrt_scene_destroy(s);
 }
@@ -704,9 +704,8 @@ static pktrt_scene *rich_open(pktrt_isa isa, int workers, float nudge) {
       rich_mesh(s, box, &metal, false);
   rich_mesh(s, soup, &coat, false), rich_mesh(s, blob, &odd, false);
   quad q = quad_of(vec_of(-2, 3, 0), vec_of(0.5, 0, 0), vec_of(0, 0, 0.5));
-  pktrt_light l[6] = {
-      light_of(PKTRT_LIGHT_POINT, 5),  light_of(PKTRT_LIGHT_DIRECTIONAL, 0.6), quad_light(&q, 3),
-      light_of(PKTRT_LIGHT_SPHERE, 4), light_of(PKTRT_LIGHT_MESH, 1),          light_of(PKTRT_LIGHT_ENVIRONMENT, 0.7)};
+  pktrt_light l[6] = {light_of(PKTRT_LIGHT_POINT, 5), light_of(PKTRT_LIGHT_DIRECTIONAL, 0.6), quad_light(&q, 3),
+      light_of(PKTRT_LIGHT_SPHERE, 4), light_of(PKTRT_LIGHT_MESH, 1), light_of(PKTRT_LIGHT_ENVIRONMENT, 0.7)};
   vec_put(vec_of(2, 3, 2), l[0].position), vec_put(vec_of(0.3, -1, -0.4), l[1].direction);
   vec_put(vec_of(3, 2, 1), l[3].position), l[3].radius = 0.4f, l[4].mesh = rich_mesh(s, tile, &lamp, false);
   for (int i = 0; i < 6; i++) stage_light(s, &l[i]);
@@ -721,8 +720,8 @@ typedef struct rich_picture {
 
 /* Scenario 0: WRT; 1 and 2: DRT, choosing and branching. */
 static pktrt_render_desc rich_view(rich_picture *p, int scenario) {
-  pktrt_render_desc d = stage_view(scenario ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, RICH_W, RICH_H, p->pixel,
-                                   vec_of(0.4, 1.2, 5), vec_of(0, 0.2, 0));
+  pktrt_render_desc d = stage_view(
+      scenario ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, RICH_W, RICH_H, p->pixel, vec_of(0.4, 1.2, 5), vec_of(0, 0.2, 0));
   d.camera.aperture = 0.1f, d.camera.shutter = 0.5f, d.camera.time = 0.1f, d.camera.moving = true;
   vec_put(vec_of(0.6, 1.2, 5), d.camera.eye_end);
   d.samples = scenario == 2 ? 3 : 4, d.max_depth = 5, d.attenuation = 0, d.seed = 5;
@@ -772,12 +771,11 @@ static size_t rich_compare(int scenario, const rich_picture *want) {
         for (size_t j = RICH * 3; j-- > 0;)
           if (!same_bits(&got->pixel[j], &want->pixel[j], 4)) differ++, first = j;
         const char *isa = pktrt_isa_string(isas[k]);
-        CHECK(
-            same,
+        CHECK(same,
             "scenario %d, %s, %d workers, assembly %d, path %d, packets %u, tiles %u: %zu floats differ, first at %zu",
             scenario, isa, workers[w], (int)d.assembly, (int)d.path, d.packet_size, d.tile_size, differ, first);
         CHECK(aside, "scenario %d, %s, %d workers, assembly %d, path %d, packets %u, tiles %u: buffers differ",
-              scenario, isa, workers[w], (int)d.assembly, (int)d.path, d.packet_size, d.tile_size);
+            scenario, isa, workers[w], (int)d.assembly, (int)d.path, d.packet_size, d.tile_size);
         pictures++;
       }
       pktrt_scene_destroy(s);
@@ -861,7 +859,7 @@ static pktrt_scene *deep_open(pktrt_isa isa, bool glass) {
   else stage_quad(s, &left, reflecting), stage_quad(s, &right, reflecting), stage_quad(s, &pane, of_glass);
   mesh_free(&box);
   pktrt_light l[4] = {light_of(PKTRT_LIGHT_POINT, 5), light_of(PKTRT_LIGHT_MESH, 1), quad_light(&tile, 1),
-                      light_of(PKTRT_LIGHT_ENVIRONMENT, 1)};
+      light_of(PKTRT_LIGHT_ENVIRONMENT, 1)};
   l[0].position[1] = -20, l[1].mesh = stage_quad(s, &tile, stage_material(s, &lamp));
   for (int i = 0; i < 4; i++) stage_light(s, &l[i]);
   stage_commit(s);
@@ -922,7 +920,7 @@ static size_t fail_each(pktrt_scene *s, const pktrt_render_desc *d) {
       return n - 1;
     }
     CHECK(status == PKTRT_OUT_OF_MEMORY && strstr(pktrt_last_error(s), "memory"), "allocation %zu: status %d: %s", n,
-          (int)status, pktrt_last_error(s));
+        (int)status, pktrt_last_error(s));
   }
   CHECK(false, "it never passes");
   return 0;

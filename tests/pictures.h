@@ -45,8 +45,8 @@ pktrt_light quad_light(const quad *, double intensity);
 pktrt_render_desc stage_view(pktrt_mode, uint32_t w, uint32_t h, float *pixels, vec eye, vec target);
 void stage_render(pktrt_scene *, const pktrt_render_desc *);
 float *stage_pixels(size_t floats); /* filled with -7 */
-vec stage_through(const pktrt_camera *, double x, double y, double width,
-                  double height); /* unit; pixels from the upper left */
+vec stage_through(
+    const pktrt_camera *, double x, double y, double width, double height); /* unit; pixels from the upper left */
 
 /* The radiance of a spot seen from eye: DRT by a camera so narrow that the spot counts as a point. By channel. */
 typedef struct estimate {

@@ -1,4 +1,4 @@
-/* Models placed by instances: scenes of these, and the ray that >>places of pktrt.h defines in the frame of an instance. */
+/* Models placed by instances: scenes of these, and the ray that >>frames of pktrt.h defines in the frame of an instance. */
 #ifndef PKTRT_TEST_PLACED_H
 #define PKTRT_TEST_PLACED_H
 #include "meshes.h"

@@ -18,14 +18,8 @@ static void *fresh(size_t count, size_t size) {
   return p;
 }
 static pool pool_of(uint32_t nv, uint32_t nt, uint32_t keys) {
-  pool q = {fresh(3u * nv * keys, 4),
-            fresh(3u * nv * keys, 4),
-            fresh(2u * nv, 4),
-            fresh(3u * nt, 4),
-            fresh(nt, 4),
-            nv,
-            nt,
-            keys};
+  pool q = {fresh(3u * nv * keys, 4), fresh(3u * nv * keys, 4), fresh(2u * nv, 4), fresh(3u * nt, 4), fresh(nt, 4), nv,
+      nt, keys};
   return q;
 }
 static void pool_free(pool *q) { free(q->p), free(q->n), free(q->t), free(q->i), free(q->material); }
@@ -394,7 +388,7 @@ static void a_pool_costs_little(void) {
   say("%u triangles in %d meshes over a pool take %.3f times the bytes of one mesh", g.nt, PARTS, ratio);
   CHECK(ratio > 1 && ratio <= 1.25, "%.3f", ratio);
   CHECK(report.positions + report.indices == bytes_of(many), "the report has %llu",
-        (unsigned long long)(report.positions + report.indices));
+      (unsigned long long)(report.positions + report.indices));
 
   const pktrt_material m = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
   for (int i = 0; i < 3; i++) stage_material(told, &m), stage_material(same, &m);
@@ -422,7 +416,7 @@ static void a_pool_costs_little(void) {
 
 static bool refused(pktrt_scene *s, pktrt_status status, const char *words) {
   return CHECK(status == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), words), "status %d, \"%s\", not \"%s\"",
-               (int)status, pktrt_last_error(s), words);
+      (int)status, pktrt_last_error(s), words);
 }
 static void mistakes_are_refused(void) {
   pool q = pool_of_things(3, 1, 2);
@@ -618,10 +612,10 @@ static void lamps_in_lobes(void) {
     for (int k = 1; k < 3; k++) {
       const double error = sqrt(e[0].error[a] * e[0].error[a] + e[k].error[a] * e[k].error[a]);
       CHECK(fabs(e[k].mean[a] - e[0].mean[a]) <= 4 * error + 1e-5, "channel %d: %.6f, not %.6f +- %.6f", a,
-            e[k].mean[a], e[0].mean[a], error);
+          e[k].mean[a], e[0].mean[a], error);
     }
   CHECK(small_run || e[1].error[0] < 0.7 * e[2].error[0], "lights are found by lobes alone: %g, %g", e[1].error[0],
-        e[2].error[0]);
+      e[2].error[0]);
 }
 
 void suite_pool(void) {

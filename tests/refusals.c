@@ -20,7 +20,7 @@ static void names(const char *what, const char *sentence, const char *words) {
   for (char *w = strtok_r(list, "|", &save); w; w = strtok_r(NULL, "|", &save)) {
     bool digit = w[0] >= '0' && w[0] <= '9';
     CHECK(digit ? has_number(sentence, w) : strstr(sentence, w) != NULL, "%s: \"%s\" does not name %s", what, sentence,
-          w);
+        w);
   }
 }
 
@@ -206,16 +206,10 @@ static void refuse_no_scene(void) {
   memset(&l, 0, sizeof l), memset(&material, 0, sizeof material), memset(&d, 0, sizeof d);
   d.samples = 1;
   d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 1;
-  const pktrt_status status[] = {pktrt_add_mesh(NULL, &m, NULL),
-                                 pktrt_commit(NULL),
-                                 pktrt_set_positions(NULL, 0, 0, soup),
-                                 pktrt_set_normals(NULL, 0, 0, soup),
-                                 pktrt_refit(NULL),
-                                 pktrt_mark_changed(NULL),
-                                 pktrt_add_light(NULL, &l, NULL),
-                                 pktrt_add_material(NULL, &material, NULL),
-                                 pktrt_render(NULL, &d),
-                                 pktrt_render_tile(NULL, &d, 0, 0, 1, 1)};
+  const pktrt_status status[] = {pktrt_add_mesh(NULL, &m, NULL), pktrt_commit(NULL),
+      pktrt_set_positions(NULL, 0, 0, soup), pktrt_set_normals(NULL, 0, 0, soup), pktrt_refit(NULL),
+      pktrt_mark_changed(NULL), pktrt_add_light(NULL, &l, NULL), pktrt_add_material(NULL, &material, NULL),
+      pktrt_render(NULL, &d), pktrt_render_tile(NULL, &d, 0, 0, 1, 1)};
   for (uint32_t i = 0; i < COUNT(status); i++)
     CHECK(status[i] == PKTRT_INVALID_ARGUMENT, "call %u: %d", i, (int)status[i]);
   pktrt_scene_info info;
@@ -233,7 +227,7 @@ static void refuse_refit(void) {
   names("a refit before the commit", pktrt_last_error(s), "mesh 3|commit");
   take(s, &after);
   CHECK(same_bits(before.hit, after.hit, sizeof before.hit) && before.info.mesh_count == after.info.mesh_count,
-        "the scene changed");
+      "the scene changed");
   CHECK(pktrt_commit(s) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "the control");
   pktrt_scene_destroy(s);
 }
@@ -352,7 +346,7 @@ static const spoilt_light spoilt_lights[] = {
 static pktrt_light good_light(pktrt_light_kind kind) {
   pktrt_light l;
   memset(&l, 0, sizeof l);
-  l.kind = kind, l.direction[1] = kind == PKTRT_LIGHT_DIRECTIONAL ? -2 : 0, l.edge[0][0] = l.edge[1][2] = l.radius = 1;
+  l.kind = kind, l.direction[1] = -2, l.edge[0][0] = l.edge[1][2] = l.radius = 1;
   return l;
 }
 
@@ -366,10 +360,12 @@ static void refuse_lights(void) {
     names("light", pktrt_last_error(s), spoilt_lights[i].words);
     names("light", pktrt_last_error(s), "light 0");
   }
-  for (int kind = -1; kind <= 6; kind += 7) {
+  for (int kind = -1; kind <= PKTRT_LIGHT_KIND_COUNT; kind += PKTRT_LIGHT_KIND_COUNT + 1) {
     pktrt_light l = good_light((pktrt_light_kind)kind);
+    char word[16];
+    snprintf(word, sizeof word, "%d", kind);
     CHECK(pktrt_add_light(s, &l, &index) == PKTRT_INVALID_ARGUMENT);
-    names("kind", pktrt_last_error(s), kind < 0 ? "-1" : "6");
+    names("kind", pktrt_last_error(s), word);
   }
   CHECK(pktrt_add_light(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
   names("NULL light", pktrt_last_error(s), "NULL");
@@ -397,7 +393,7 @@ static const spoilt_material spoilt_materials[] = {
     {"reflectance|1.5", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, reflectance[1]), 1.5f},
     {"reflectance|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, reflectance[2]), NAN},
     {"albedo|reflectance|0.75|0.5", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[2]),
-     0.75f}, /* albedo 0.5 */
+        0.75f}, /* albedo 0.5 */
     {"ior|-1.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), -1.5f},
     {"ior|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, ior[0]), NAN},
     {"ior|inf", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, ior[2]), INFINITY},
@@ -435,17 +431,19 @@ static void refuse_materials(void) {
   for (size_t i = 0; i < COUNT(spoilt_materials); i++) {
     pktrt_material m = good_material(spoilt_materials[i].specular);
     memcpy((char *)&m + spoilt_materials[i].at, &spoilt_materials[i].value, sizeof(float));
-    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "material %zu: %s", i,
-          spoilt_materials[i].words);
+    CHECK(
+        pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "material %zu: %s", i, spoilt_materials[i].words);
     names("material", pktrt_last_error(s), spoilt_materials[i].words);
     names("material", pktrt_last_error(s), "material 1");
   }
   for (int i = 0; i < 4; i++) {
     pktrt_material m = good_material(PKTRT_SPECULAR_NONE);
-    if (i < 2) m.specular = (pktrt_specular)(i ? 6 : -1);
+    char last[32];
+    snprintf(last, sizeof last, "%d|specular", (int)PKTRT_SPECULAR_COUNT);
+    if (i < 2) m.specular = (pktrt_specular)(i ? PKTRT_SPECULAR_COUNT : -1);
     else m.lobe = (pktrt_lobe)(i == 2 ? 2 : -1);
     CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "case %d", i);
-    names("kind", pktrt_last_error(s), i == 0 ? "-1|specular" : i == 1 ? "6|specular" : i == 2 ? "2|lobe" : "-1|lobe");
+    names("kind", pktrt_last_error(s), i == 0 ? "-1|specular" : i == 1 ? last : i == 2 ? "2|lobe" : "-1|lobe");
   }
   CHECK(pktrt_add_material(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
   names("NULL material", pktrt_last_error(s), "NULL");
@@ -762,7 +760,8 @@ static void strings(void) {
     for (int j = 0; j < i && i <= PKTRT_CANCELLED; j++) CHECK(strcmp(t, pktrt_status_string((pktrt_status)j)) != 0);
   }
   static const char *const name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", "wasm"};
-  for (int i = 0; i < PKTRT_ISA_COUNT; i++) CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), name[i]) == 0, "%d", i);
+  CHECK(COUNT(name) == PKTRT_ISA_COUNT, "a name for each instruction set");
+  for (int i = 0; i < (int)COUNT(name); i++) CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), name[i]) == 0, "%d", i);
   for (int i = -2; i < 80; i++) { /* what has no name is unknown, the first behind the last too */
     if (i >= 0 && i < PKTRT_ISA_COUNT) continue;
     CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), "unknown") == 0, "%d", i);

@@ -109,8 +109,8 @@ static void same_picture(bool moving) {
         if (!same_bits(&got[j], &want[j], 4)) differ++, first = j;
       }
       CHECK(differ == 0, "%s path %d packet %u tile %u shadows %d: %zu floats differ, first at pixel %zu,%zu",
-            pktrt_isa_string(isas[k / 4]), (int)d.path, d.packet_size, d.tile_size, (int)d.shadows, differ,
-            first / 3 % W, first / 3 / W);
+          pktrt_isa_string(isas[k / 4]), (int)d.path, d.packet_size, d.tile_size, (int)d.shadows, differ, first / 3 % W,
+          first / 3 / W);
     }
     pktrt_scene_destroy(s);
   }
@@ -208,9 +208,8 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
     for (uint32_t x = 0; x < W; x++) {
       double want = floor_radiance(f, eye, through(camera, x + 0.5, y + 0.5, W, H)), least = want, most = want;
       for (int corner = 0; corner < 4; corner++) { /* at the borders of things a rounded ray may choose either side */
-        double e = 1e-3,
-               v = floor_radiance(
-                   f, eye, through(camera, x + 0.5 + (corner & 1 ? e : -e), y + 0.5 + (corner & 2 ? e : -e), W, H));
+        double e = 1e-3, v = floor_radiance(f, eye,
+                             through(camera, x + 0.5 + (corner & 1 ? e : -e), y + 0.5 + (corner & 2 ? e : -e), W, H));
         least = fmin(least, v), most = fmax(most, v);
       }
       const float *p = got + 3 * ((size_t)y * W + x);
@@ -218,13 +217,13 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
       if (want == -1) {
         background++;
         CHECK(p[0] == d.background[0] && p[1] == d.background[1] && p[2] == d.background[2],
-              "%s: pixel %u,%u is no background", name, x, y);
+            "%s: pixel %u,%u is no background", name, x, y);
         continue;
       }
       seen++;
       shadow += f->b > 0 && floor_radiance(&open, eye, through(camera, x + 0.5, y + 0.5, W, H)) > 1.01 * want;
       CHECK(fabs((double)p[0] - want) <= 2e-5 * (want + 1e-3) && p[0] == p[1] && p[1] == p[2],
-            "%s: pixel %u,%u: %g, not %g", name, x, y, (double)p[0], want);
+          "%s: pixel %u,%u: %g, not %g", name, x, y, (double)p[0], want);
       double aside = floor_radiance(f, eye, through(camera, x + 0.9, y + 0.5, W, H));
       off_centre += fabs((double)p[0] - aside) > 2e-5 * (want + 1e-3);
     }
@@ -383,6 +382,7 @@ static void refusals(void) {
   for (int i = 0; i < 54; i++) {
     pktrt_render_desc d = view(pixels);
     const char *word = "";
+    char number[16];
     pktrt_status want = PKTRT_INVALID_ARGUMENT;
     switch (i) {
     case 0: d.width = 0, word = "0"; break;
@@ -433,7 +433,10 @@ static void refusals(void) {
     case 39: d.mode = (pktrt_mode)3, word = "3"; break;
     case 40: d.samples = 65537, word = "65537"; break;
     case 41: d.samples = 0xFFFFFFFFu, word = "4294967295"; break;
-    case 42: d.sampler = (pktrt_sampler)(PKTRT_SAMPLER_COUNT + 1), word = "8"; break;
+    case 42:
+      snprintf(number, sizeof number, "%d", PKTRT_SAMPLER_COUNT + 1);
+      d.sampler = (pktrt_sampler)(PKTRT_SAMPLER_COUNT + 1), word = number;
+      break;
     case 43: d.sampler = (pktrt_sampler)-1, word = "-1"; break;
     case 44: d.max_depth = 51, word = "51"; break;
     case 45: d.attenuation = 1.25f, word = "1.25"; break;
@@ -449,7 +452,7 @@ static void refusals(void) {
     pktrt_status st = pktrt_render(s, &d);
     CHECK(st == want || (i > 19 && i < 22 && st == PKTRT_INVALID_ARGUMENT), "case %d: status %d", i, (int)st);
     CHECK(strlen(pktrt_last_error(s)) > 10 && strstr(pktrt_last_error(s), word), "case %d: \"%s\"", i,
-          pktrt_last_error(s));
+        pktrt_last_error(s));
     CHECK(pktrt_render_tile(s, &d, 0, 0, 8, 8) == st, "case %d: a tile alike", i);
   }
   for (size_t i = 0; i < W * H * 3; i++)
@@ -569,7 +572,7 @@ static void strides(void) {
     d.width = n, d.height = n + 1, d.tile_size = 5, d.stats = &stats;
     CHECK(pktrt_render(s, &d) == PKTRT_OK);
     CHECK(stats.by_type[PKTRT_RAY_PRIMARY].rays == n * (n + 1), "%llu primary rays",
-          (unsigned long long)stats.by_type[0].rays);
+        (unsigned long long)stats.by_type[0].rays);
     CHECK(stats.by_type[PKTRT_RAY_SHADOW].rays <= 3 * stats.by_type[PKTRT_RAY_PRIMARY].hits);
     CHECK(n < 10 || stats.by_type[PKTRT_RAY_SHADOW].rays > 0);
     d.pixels = b, d.row_stride = n * 3 + 5, d.stats = NULL;

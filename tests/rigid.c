@@ -104,8 +104,8 @@ static uint32_t add_corner(pktrt_scene *s) {
   CHECK(pktrt_add_model(s, &d, 1, &model) == PKTRT_OK, "%s", pktrt_last_error(s));
   return model;
 }
-static pktrt_status show(pktrt_scene *s, uint32_t model, uint32_t keys, const float *transforms,
-                         pktrt_interpolation interpolation) {
+static pktrt_status show(
+    pktrt_scene *s, uint32_t model, uint32_t keys, const float *transforms, pktrt_interpolation interpolation) {
   const pktrt_instance_desc d = {model, keys, transforms, 0, interpolation};
   return pktrt_add_instance(s, &d, NULL);
 }
@@ -302,7 +302,7 @@ static void half_turns_are_defined(void) {
         for (int k = 0; k <= 8; k++) {
           pose_at(&p, (double)(n - 1) * k / 8, want);
           CHECK(measure(s, (float)k / 8, want, got) && apart(got, want, n == 2 && !way) < 3e-6,
-                "axis %zu, %d, key %d: %g apart", i, way, k, apart(got, want, false));
+              "axis %zu, %d, key %d: %g apart", i, way, k, apart(got, want, false));
         }
         pktrt_scene_destroy(s);
       }
@@ -340,8 +340,8 @@ static void hits_are_those_of_its_places(void) {
         s[i] = open_scene(isas[k]);
         CHECK(pktrt_add_model(s[i], &d, 1, &model) == PKTRT_OK);
         CHECK(show(s[i], model, i == 1 ? STEPS + 1 : 2, i == 1 ? places : keys,
-                   i ? PKTRT_INTERPOLATION_LINEAR : PKTRT_INTERPOLATION_RIGID) == PKTRT_OK,
-              "%s", pktrt_last_error(s[i]));
+                  i ? PKTRT_INTERPOLATION_LINEAR : PKTRT_INTERPOLATION_RIGID) == PKTRT_OK,
+            "%s", pktrt_last_error(s[i]));
         CHECK(pktrt_commit(s[i]) == PKTRT_OK);
       }
       for (int way = 0; way < WAYS; way++) {
@@ -361,7 +361,7 @@ static void hits_are_those_of_its_places(void) {
   }
   CHECK(hits > n / 4 && wrong == 0, "%zu hits, %zu differ between ways and instruction sets", hits, wrong);
   CHECK(differs < hits / 40 * (size_t)isa_count && worst < 1e-4 && control > hits / 2,
-        "%zu hits, %zu triangles differ, t by %g, control %zu", hits, differs, worst, control);
+      "%zu hits, %zu triangles differ, t by %g, control %zu", hits, differs, worst, control);
   say("%zu hits, the same bits in %d ways; against places found by sines: %zu triangles differ, t by %.3g; control, "
       "linear: %zu",
       hits, WAYS, differs, worst, control);
@@ -388,7 +388,7 @@ static void without_turns_it_is_linear(void) {
     for (int i = 0; i < 2; i++) {
       const size_t before = hooks.live_bytes;
       s[i] = scene_of(PKTRT_ISA_AUTO, moves ? 2 : 1, moves ? scaled_up : still,
-                      i ? PKTRT_INTERPOLATION_RIGID : PKTRT_INTERPOLATION_LINEAR);
+          i ? PKTRT_INTERPOLATION_RIGID : PKTRT_INTERPOLATION_LINEAR);
       live[i] = hooks.live_bytes - before;
     }
     CHECK(moves ? live[1] > live[0] + STEPS * 48 - 48 : live[1] == live[0], "%zu bytes, rigid %zu", live[0], live[1]);
@@ -491,29 +491,29 @@ static void wrong_keys_are_named(void) {
   const uint32_t model = add_corner(s);
   const pktrt_interpolation rigid = PKTRT_INTERPOLATION_RIGID, linear = PKTRT_INTERPOLATION_LINEAR;
   says(s, show(s, model, 2, keys, (pktrt_interpolation)2), PKTRT_INVALID_ARGUMENT,
-       "instance 0: 2 is no pktrt_interpolation");
+      "instance 0: 2 is no pktrt_interpolation");
   says(s, show(s, model, 33, keys, rigid), PKTRT_LIMIT,
-       "instance 0: key_count 33 is above 32 of PKTRT_INTERPOLATION_RIGID");
+      "instance 0: key_count 33 is above 32 of PKTRT_INTERPOLATION_RIGID");
   says(s, show(s, model, 1025, keys, linear), PKTRT_LIMIT, "instance 0: key_count 1025 is above 1024");
 
   /* One of three keys is mirrored; turned by 180 degrees none is, and only linear ones need more. */
   keys[12 * 2] = -1;
   says(s, show(s, model, 3, keys, rigid), PKTRT_INVALID_ARGUMENT,
-       "instance 0: one of keys 1 and 2 is mirrored; mirror both or none");
+      "instance 0: one of keys 1 and 2 is mirrored; mirror both or none");
   keys[12 * 2 + 5] = -1;
   says(s, show(s, model, 3, keys, linear), PKTRT_INVALID_ARGUMENT,
-       "instance 0: between keys 1 and 2 its transform may flatten it; give it more keys or PKTRT_INTERPOLATION_RIGID");
+      "instance 0: between keys 1 and 2 its transform may flatten it; give it more keys or PKTRT_INTERPOLATION_RIGID");
   says(s, show(s, model, 3, keys, linear), PKTRT_INVALID_ARGUMENT, "pktrt_set_transforms");
   CHECK(show(s, model, 3, keys, rigid) == PKTRT_OK, "%s", pktrt_last_error(s));
   for (int i = 0; i < 11; i += 5) keys[12 * 1 + i] *= 1e9f;
   says(s, show(s, model, 3, keys, rigid), PKTRT_INVALID_ARGUMENT,
-       "its transform may flatten it; give it more keys between");
+      "its transform may flatten it; give it more keys between");
   for (int i = 0; i < 11; i += 5) keys[12 * 1 + i] *= 1e-9f;
   keys[12 * 1 + 10] = 0;
   says(s, show(s, model, 3, keys, rigid), PKTRT_INVALID_ARGUMENT, "instance 1: its transform flattens it");
   keys[12 * 1 + 10] = INFINITY;
   says(s, show(s, model, 3, keys, rigid), PKTRT_INVALID_ARGUMENT,
-       "instance 1, key 1: element 10 of its transform is inf");
+      "instance 1, key 1: element 10 of its transform is inf");
   keys[12 * 1 + 10] = 1e5f; /* from 1 to that within one interval of 32 */
   says(s, show(s, model, 2, keys, rigid), PKTRT_OK, "");
   for (int a = 0; a < 3; a++) keys[5 * a] = 1e9f, keys[12 + 5 * a] = 1; /* too much within the last of these */
@@ -521,7 +521,7 @@ static void wrong_keys_are_named(void) {
 
   /* The user's keys are those that calls know. */
   says(s, pktrt_set_transform(s, 0, 3, plain), PKTRT_INVALID_ARGUMENT,
-       "set_transform: instance 0, key 3: there is no such key");
+      "set_transform: instance 0, key 3: there is no such key");
   says(s, pktrt_set_transforms(s, 0, NULL), PKTRT_INVALID_ARGUMENT, "the array of 3 keys is NULL");
   CHECK(pktrt_set_transform(s, 0, 2, plain) == PKTRT_OK, "%s", pktrt_last_error(s));
   CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -545,7 +545,7 @@ static void failures_of_memory(void) {
       hooks.fail_at = 0;
       const bool failed = hooks.failed > 0;
       CHECK(failed ? st == PKTRT_OUT_OF_MEMORY && strstr(pktrt_last_error(s), "no memory") : st == PKTRT_OK,
-            "call %d, %zu: %s", call, n, pktrt_last_error(s));
+          "call %d, %zu: %s", call, n, pktrt_last_error(s));
       if (failed) {
         failures++;
         CHECK(pktrt_refit(s) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);

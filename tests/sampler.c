@@ -51,7 +51,7 @@ static void uniform(void) {
       }
       CHECK(bad == 0, "%s, dimension %u: %u values outside of [0,1)", name_of(sampler), dimension, bad);
       CHECK(chi_square(count, 32) < chi_bound(32), "%s, dimension %u: chi-square is %g", name_of(sampler), dimension,
-            chi_square(count, 32));
+          chi_square(count, 32));
       CHECK(chi_square(squared, 32) > chi_bound(32), "the control: squares pass as uniform");
     }
   }
@@ -71,7 +71,7 @@ static void counter_based(void) {
       for (uint32_t k = n; k-- > 0;) { /* backwards, one by one */
         pktrt_sample(&s, x, y, sample, dimension + k, 1, &one);
         CHECK(same_bits(&one, &all[k], sizeof one), "%s: dimension %u of %u is %g or %g", name_of(sampler), k, n,
-              (double)one, (double)all[k]);
+            (double)one, (double)all[k]);
         pktrt_sample(&s, x, y, sample, dimension + k + 1, 1, &other);
         differ += !same_bits(&other, &one, sizeof one);
       }
@@ -94,8 +94,8 @@ static float one_value(int sampler, uint32_t n, uint32_t seed, uint32_t x, uint3
 }
 
 static void unrelated(void) {
-  static const char *const what[7] = {"seeds",  "pixels in a row",       "pixels in a column",      "the control",
-                                      "groups", "neighbours in a group", "next seed and next group"};
+  static const char *const what[7] = {"seeds", "pixels in a row", "pixels in a column", "the control", "groups",
+      "neighbours in a group", "next seed and next group"};
   for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
     relation with[7];
     memset(with, 0, sizeof with);
@@ -317,14 +317,14 @@ static void nets_of_pixels(void) {
   CHECK(failed[PKTRT_SAMPLER_INTERLEAVED] == 0, "interleaved: %zu", failed[PKTRT_SAMPLER_INTERLEAVED]);
   CHECK(failed[PKTRT_SAMPLER_BLUE_NOISE] == 0, "blue noise: %zu", failed[PKTRT_SAMPLER_BLUE_NOISE]);
   CHECK(failed[PKTRT_SAMPLER_SOBOL] > 0 && failed[PKTRT_SAMPLER_RANDOM] > 0,
-        "the control: pixels that know nothing of another");
+      "the control: pixels that know nothing of another");
   free(p);
 }
 
 /* Samples, columns, rows. Powers of two, for truncation to 24 bits takes a point across other borders now and then. */
 static void cells(void) {
-  static const uint32_t grids[9][3] = {{1, 1, 1},  {2, 2, 1},  {3, 2, 2},    {8, 4, 2},     {13, 4, 4},
-                                       {61, 8, 8}, {64, 8, 8}, {128, 16, 8}, {1021, 32, 32}};
+  static const uint32_t grids[9][3] = {
+      {1, 1, 1}, {2, 2, 1}, {3, 2, 2}, {8, 4, 2}, {13, 4, 4}, {61, 8, 8}, {64, 8, 8}, {128, 16, 8}, {1021, 32, 32}};
   points *p = malloc(sizeof *p);
   uint32_t shared = 0;
   if (!CHECK(p != NULL)) return;
@@ -334,7 +334,7 @@ static void cells(void) {
     const pktrt_sampling wild = sampling(PKTRT_SAMPLER_RANDOM, g[0], i);
     p->n = 0, add_points(p, &s, i, 3, pair, pair + 1);
     CHECK(crowd(p, g[1], g[2]) == 1, "%u samples, dimensions %u and %u: %u in a cell", g[0], pair, pair + 1,
-          crowd(p, g[1], g[2]));
+        crowd(p, g[1], g[2]));
     p->n = 0, add_points(p, &wild, i, 3, pair, pair + 1);
     shared += crowd(p, g[1], g[2]) > 1;
   }
@@ -368,7 +368,7 @@ static void strata(void) {
       CHECK(has_strata(PKTRT_SAMPLER_HALTON, n, k + 32), "Halton: dimension %u, %u samples", k + 32, n);
       CHECK(has_strata(PKTRT_SAMPLER_HAMMERSLEY, n, k + 1), "Hammersley: dimension %u, %u samples", k + 1, n);
       CHECK(has_strata(PKTRT_SAMPLER_HAMMERSLEY, n, 0) && has_strata(PKTRT_SAMPLER_HAMMERSLEY, n + 1, 32),
-            "Hammersley: i / n of %u samples", n);
+          "Hammersley: i / n of %u samples", n);
       kept += has_strata(PKTRT_SAMPLER_RANDOM, n, k) || has_strata(PKTRT_SAMPLER_HALTON, n, k + 1);
     }
   }
@@ -389,14 +389,14 @@ static void repeated(void) {
   }
   for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++)
     CHECK(again[sampler] == (sampler == PKTRT_SAMPLER_INTERLEAVED ? tries : 0), "%s: %u of %u", name_of(sampler),
-          again[sampler], tries);
+        again[sampler], tries);
 }
 
 /* --- errors of integrals --- */
 
 enum { SMOOTH_1, SMOOTH_2, SMOOTH_4, STEP_1, STEP_2, STEP_4, INTEGRANDS };
-static const char *const integrand_names[INTEGRANDS] = {"smooth, 1", "smooth, 2", "smooth, 4",
-                                                        "step, 1",   "step, 2",   "step, 4"};
+static const char *const integrand_names[INTEGRANDS] = {
+    "smooth, 1", "smooth, 2", "smooth, 4", "step, 1", "step, 2", "step, 4"};
 
 /* Products of a exp(a u) / (exp(a) - 1), and half-spaces: the integral of each is known. */
 typedef struct integrands {
@@ -453,11 +453,10 @@ static void slopes_of(int sampler, uint32_t dimension, uint32_t replicates, doub
 
 /* Bounds leave room for the scatter of a run. For a step across it, a grid of sqrt(n) columns has -3/4, not -1. */
 static void convergence(void) {
-  static const double least[][INTEGRANDS] = {
-      {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}, {-0.40, -0.40, -0.40, -0.40, -0.40, -0.40},
-      {-0.90, -0.90, -0.60, -0.70, -0.65, -0.48}, {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53},
-      {-1.40, -0.95, -0.90, -0.90, -0.66, -0.53}, {-1.40, -1.00, -0.90, -0.90, -0.70, -0.53},
-      {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}};
+  static const double least[][INTEGRANDS] = {{-1.40, -1.30, -1.10, -0.90, -0.70, -0.53},
+      {-0.40, -0.40, -0.40, -0.40, -0.40, -0.40}, {-0.90, -0.90, -0.60, -0.70, -0.65, -0.48},
+      {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}, {-1.40, -0.95, -0.90, -0.90, -0.66, -0.53},
+      {-1.40, -1.00, -0.90, -0.90, -0.70, -0.53}, {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}};
   const double slack = small_run ? 0.2 : 0.03;
   CHECK(sizeof least / sizeof *least == PKTRT_SAMPLER_COUNT, "a row for each sampler");
   if (sizeof least / sizeof *least != PKTRT_SAMPLER_COUNT) return;
@@ -501,10 +500,10 @@ static void unbiased(void) {
         CHECK(tally_is(&mean[k], k == STEP_1  ? f.edge
                                  : k < STEP_1 ? 1
                                               : 0.5),
-              "%s, %u samples, %s: mean %g +- %g", name_of(sampler), n, integrand_names[k], tally_mean(&mean[k]),
-              tally_error(&mean[k]));
+            "%s, %u samples, %s: mean %g +- %g", name_of(sampler), n, integrand_names[k], tally_mean(&mean[k]),
+            tally_error(&mean[k]));
       CHECK(tally_is(&square, 1.0 / 3), "%s, %u samples: mean square %g +- %g", name_of(sampler), n,
-            tally_mean(&square), tally_error(&square));
+          tally_mean(&square), tally_error(&square));
       CHECK(!tally_is(&unshifted, 1.0 / 3), "the control: i / n without a shift is biased");
     }
   }
@@ -530,7 +529,7 @@ static void groups(void) {
     for (int k = 0; k < 6; k++) {
       const double error = product_error(sampler, 50, pairs[k][0], pairs[k][1], replicates);
       CHECK(error < (small_run ? 1.6 : 1.3), "%s, dimensions %u and %u: %g of the error of random samples",
-            name_of(sampler), pairs[k][0], pairs[k][1], error);
+          name_of(sampler), pairs[k][0], pairs[k][1], error);
     }
     CHECK(product_error(sampler, 50, 4, 4, replicates) > 3, "the control: a dimension with itself");
   }
@@ -599,8 +598,8 @@ static void angle(const float axis[3], const float d[3], double *cosine, double 
 }
 
 static void axis_of(uint32_t i, rng *r, float axis[3]) {
-  static const float special[6][3] = {{0, 0, 1},  {0, 0, -1},     {1, 0, 0},
-                                      {0, -1, 0}, {1e-4f, 0, -1}, {-1e-9f, 1e-9f, -1}};
+  static const float special[6][3] = {
+      {0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {1e-4f, 0, -1}, {-1e-9f, 1e-9f, -1}};
   float length = 0;
   while (!(length > 0.1f && length <= 1)) {
     for (int k = 0; k < 3; k++) axis[k] = rng_sign(r);
@@ -662,7 +661,7 @@ static void sphere_and_cosine(void) {
   }
   for (int k = 0; k < 3; k++) CHECK(tally_is(&sphere[k], 0) && tally_is(&sphere[k + 3], 1.0 / 3), "sphere, axis %d", k);
   CHECK(tally_is(&cosine[0], 2.0 / 3) && tally_is(&cosine[1], 0.5) && tally_is(&cosine[2], 0.5), "cosine: %g, %g, %g",
-        tally_mean(&cosine[0]), tally_mean(&cosine[1]), tally_mean(&cosine[2]));
+      tally_mean(&cosine[0]), tally_mean(&cosine[1]), tally_mean(&cosine[2]));
   CHECK(!tally_is(&cosine[3], 2.0 / 3), "the control: another axis");
 }
 
@@ -696,11 +695,11 @@ static void lobe_moments(mapping *map, bool narrow, const char *what) {
       tally_add(&side, ((double)dot3(other, d) - c * along) * sqrt(n + 2));
     }
     CHECK(tally_is(&below, 1), "%s, exponent %g: (n + 2) (1 - cos) is %g +- %g", what, n, tally_mean(&below),
-          tally_error(&below));
+        tally_error(&below));
     CHECK(tally_is(&half, 0.5), "%s, exponent %g: %g +- %g within the median", what, n, tally_mean(&half),
-          tally_error(&half));
+        tally_error(&half));
     CHECK(fabs(tally_mean(&side)) < 5 * tally_error(&side) + 2e-4, "%s, exponent %g: %g to one side", what, n,
-          tally_mean(&side));
+        tally_mean(&side));
     CHECK(small_run || !tally_is(&wrong, 1), "the control: ten per cent wider");
   }
 }

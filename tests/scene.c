@@ -98,10 +98,10 @@ static void degenerate(void) {
     pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
     pktrt_scene_info info;
     pktrt_get_scene_info(s, &info);
-    CHECK(info.degenerate == (kind == 3   ? 0
-                              : kind == 4 ? n / 2
-                                          : n),
-          "kind %d: %llu degenerate", kind, (unsigned long long)info.degenerate);
+    CHECK(info.degenerate == (kind == 3      ? 0
+                                 : kind == 4 ? n / 2
+                                             : n),
+        "kind %d: %llu degenerate", kind, (unsigned long long)info.degenerate);
     uint32_t hits = 0;
     for (uint32_t i = 0; i < 300; i++) {
       rng r = rng_of(i);
@@ -180,8 +180,8 @@ static void odd_queries(void) {
   CHECK(hits_something(s, &good), "the control");
   for (int i = 0; i < 24; i++) { /* each field in turn NaN, inf, -inf, ... */
     static const float odd[3] = {NAN, INFINITY, -INFINITY};
-    float *field[8] = {&x.origin[0],    &x.origin[1],    &x.origin[2], &x.direction[0],
-                       &x.direction[1], &x.direction[2], &x.tmin,      &x.tmax};
+    float *field[8] = {
+        &x.origin[0], &x.origin[1], &x.origin[2], &x.direction[0], &x.direction[1], &x.direction[2], &x.tmin, &x.tmax};
     x = good;
     *field[i / 3] = odd[i % 3];
     bool fine = (i / 3 == 6 && i % 3 == 2) || (i / 3 == 7 && i % 3 == 1);
@@ -230,15 +230,8 @@ static void intervals(void) {
   struct {
     float tmin, tmax;
     bool hit;
-  } c[] = {{0, 3, true},
-           {0, 2, false},
-           {2, 3, false},
-           {nextafterf(2, 0), nextafterf(2, 3), true},
-           {-5, 3, true},
-           {-INFINITY, 3, true},
-           {2.5f, 3, false},
-           {0, nextafterf(2, 3), true},
-           {nextafterf(2, 3), 9, false}};
+  } c[] = {{0, 3, true}, {0, 2, false}, {2, 3, false}, {nextafterf(2, 0), nextafterf(2, 3), true}, {-5, 3, true},
+      {-INFINITY, 3, true}, {2.5f, 3, false}, {0, nextafterf(2, 3), true}, {nextafterf(2, 3), 9, false}};
   for (uint32_t i = 0; i < COUNT(c); i++) {
     x.tmin = c[i].tmin, x.tmax = c[i].tmax;
     CHECK(hits_something(s, &x) == c[i].hit, "case %u", i);
@@ -270,22 +263,9 @@ static void motion(void) {
   struct {
     float time, x, y;
     uint32_t mesh;
-  } c[] = {{0, 0, 0, 0},
-           {1, 10, 0, 0},
-           {0.5f, 5, 0, 0},
-           {-3, 0, 0, 0},
-           {7, 10, 0, 0},
-           {NAN, 0, 0, 0},
-           {0.5f, 0, 0, PKTRT_NONE},
-           {INFINITY, 10, 0, 0},
-           {-INFINITY, 0, 0, 0},
-           {0, 0, 20, 1},
-           {0.5f, 0, 30, 1},
-           {0.25f, 0, 25, 1},
-           {0.75f, 0, 25, 1},
-           {1, 0, 20, 1},
-           {2, 0, 20, 1},
-           {0.5f, 0, 20, PKTRT_NONE}};
+  } c[] = {{0, 0, 0, 0}, {1, 10, 0, 0}, {0.5f, 5, 0, 0}, {-3, 0, 0, 0}, {7, 10, 0, 0}, {NAN, 0, 0, 0},
+      {0.5f, 0, 0, PKTRT_NONE}, {INFINITY, 10, 0, 0}, {-INFINITY, 0, 0, 0}, {0, 0, 20, 1}, {0.5f, 0, 30, 1},
+      {0.25f, 0, 25, 1}, {0.75f, 0, 25, 1}, {1, 0, 20, 1}, {2, 0, 20, 1}, {0.5f, 0, 20, PKTRT_NONE}};
   for (uint32_t i = 0; i < COUNT(c); i++) {
     pktrt_ray x = ray_of(c[i].x + 0.3f, c[i].y + 0.2f, -9, 0, 0, 1);
     x.time = c[i].time;
@@ -327,11 +307,8 @@ static void rows_left_out(void) {
     for (int row = 0; row < 4; row++) { /* one of them left out, or all */
       static float tmin[N], tmax[N], time[N];
       for (size_t i = 0; i < N; i++) tmin[i] = 0, tmax[i] = INFINITY, time[i] = 0;
-      const pktrt_rays in = {{o[0], o[1], o[2]},
-                             {d[0], d[1], d[2]},
-                             row % 3 ? tmin : NULL,
-                             row == 1 || row == 3 ? NULL : tmax,
-                             row >= 2 ? NULL : time};
+      const pktrt_rays in = {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, row % 3 ? tmin : NULL,
+          row == 1 || row == 3 ? NULL : tmax, row >= 2 ? NULL : time};
       const pktrt_hits out = {t, u, NULL, {NULL, NULL, NULL}, at, triangle};
       pktrt_intersect_soa(s, &in, &out, n), pktrt_occluded_soa(s, &in, occluded[1], n);
       size_t wrong = 0;
@@ -434,10 +411,10 @@ static void no_area_at_the_time(void) {
     for (size_t j = 0; j < n; j++)
       hidden[0] += occluded[j], hidden[1] += pktrt_occluded(s, &ray[j]), ray[j].tmax = INFINITY;
     CHECK(wrong[0] + wrong[1] + wrong[2] + wrong[3] + wrong[4] == 0,
-          "%s: wrong hits: %zu of single calls, %zu, %zu, %zu of paths, %zu of eight", pktrt_isa_string(isas[i]),
-          wrong[0], wrong[1], wrong[2], wrong[3], wrong[4]);
+        "%s: wrong hits: %zu of single calls, %zu, %zu, %zu of paths, %zu of eight", pktrt_isa_string(isas[i]),
+        wrong[0], wrong[1], wrong[2], wrong[3], wrong[4]);
     CHECK(hidden[0] + hidden[1] == 0, "%s: %zu of packets, %zu of single calls hidden by lines",
-          pktrt_isa_string(isas[i]), hidden[0], hidden[1]);
+        pktrt_isa_string(isas[i]), hidden[0], hidden[1]);
     pktrt_scene_destroy(s);
   }
   say("%zu rays, %zu of which would hit a line if nobody asked for its area", n, looked);
@@ -467,7 +444,7 @@ static void line_before_the_start(void) {
       pktrt_intersect_n(s, rays, hits, 64);
       for (int k = 0; k < 64; k++) n += hits[k].mesh != PKTRT_NONE;
       CHECK(one == (half ? 0 : 3) && n == (half ? 0 : 64), "%s: %zu of single calls, %zu of 64 rays",
-            pktrt_isa_string(isas[i]), one, n);
+          pktrt_isa_string(isas[i]), one, n);
     }
     pktrt_scene_destroy(s);
   }
@@ -494,7 +471,7 @@ static void marked_scenes(void) {
     pktrt_get_scene_info(s, &info);
     const bool anew = marked || (moved && !refitted);
     CHECK(info.rebuild_advised == !anew && (info.sah_now < 1.2 * built.sah_now) == anew,
-          "marked %d, moved %d, refitted %d: SAH %g, built %g", marked, moved, refitted, info.sah_now, built.sah_now);
+        "marked %d, moved %d, refitted %d: SAH %g, built %g", marked, moved, refitted, info.sah_now, built.sah_now);
     CHECK(pktrt_commit(s) == PKTRT_OK);
     pktrt_scene_destroy(s);
     mesh_free(&m), mesh_free(&other);
@@ -608,7 +585,7 @@ static void keys_set_in_any_order(void) {
     mesh_free(&m);
   }
   CHECK(others == 0 && alike > 10000 && changed > 5000 && refused > 500, "%u differ, %u alike, %u changed, %u refused",
-        others, alike, changed, refused);
+      others, alike, changed, refused);
   say("%u hits as they should be, %u differ; %u changed, %u sets were refused", alike, others, changed, refused);
 }
 
@@ -646,7 +623,7 @@ static void nothing_after_a_miss(void) {
     CHECK(!pktrt_intersect(s, &ray, &miss));
     memset(&next, 0x77, sizeof next);
     CHECK(!pktrt_intersect_after(s, &ray, &miss, &next) && next.mesh == PKTRT_NONE && next.t == ends[i], "to %g: t %g",
-          (double)ends[i], (double)next.t);
+        (double)ends[i], (double)next.t);
   }
   pktrt_scene_destroy(s);
   mesh_free(&m);
@@ -767,7 +744,7 @@ static void stack_bound(void) {
       CHECK(used > nothing + 64 || p.what == 4, "the probe sees something");
 #ifdef __OPTIMIZE__ /* unoptimised code keeps every temporary in memory: its figure is only reported */
       CHECK(used <= ALLOWED, "%s, way %d%s: %zu bytes", pktrt_isa_string(isas[k / 2]), p.what,
-            k % 2 ? ", with an instance" : "", used);
+          k % 2 ? ", with an instance" : "", used);
 #endif
       if (used > most) most = used;
     }
@@ -811,7 +788,7 @@ static void statistics(void) {
       for (size_t i = 0; i < 2 * n; i++) hits += h[i].mesh != PKTRT_NONE;
       const pktrt_counts *c = &stats.by_type[PKTRT_RAY_REFLECTION];
       CHECK(c->rays == valid && c->hits == hits, "path %d: %llu rays, %llu hits", path, (unsigned long long)c->rays,
-            (unsigned long long)c->hits);
+          (unsigned long long)c->hits);
       if (path == PKTRT_PATH_FAST && !COUNTS_FAST) {
         pktrt_counts same;
         memset(&same, 0, sizeof same);
@@ -821,12 +798,12 @@ static void statistics(void) {
       }
       CHECK(c->packets > 0 && c->node_visits > 0 && c->box_tests > 0 && c->triangle_tests >= hits, "path %d", path);
       CHECK(c->canonical_tests >= hits && c->settlings <= c->canonical_tests, "path %d: %llu canonical, %llu settled",
-            path, (unsigned long long)c->canonical_tests, (unsigned long long)c->settlings);
+          path, (unsigned long long)c->canonical_tests, (unsigned long long)c->settlings);
       if (path == PKTRT_PATH_PAPER) {
         CHECK(c->packets >= (2 * n + 63) / 64 / 2 && c->first_hits > 0 && c->interval_culls + c->frustum_culls > 0 &&
               c->ray_culls > 0);
         CHECK(event_count[PKTRT_EVENT_NODE] == c->node_visits, "%llu node events",
-              (unsigned long long)event_count[PKTRT_EVENT_NODE]);
+            (unsigned long long)event_count[PKTRT_EVENT_NODE]);
         CHECK(event_count[PKTRT_EVENT_FIRST_HIT] == c->first_hits &&
               event_count[PKTRT_EVENT_INTERVAL_CULL] == c->interval_culls &&
               event_count[PKTRT_EVENT_FRUSTUM_CULL] == c->frustum_culls &&
@@ -836,8 +813,8 @@ static void statistics(void) {
         CHECK(event_count[0] + event_count[1] + event_count[2] == 0, "only the paper path is traced");
       }
       if (path == PKTRT_PATH_FAST)
-        CHECK((c->frustum_culls > 0) == has_frusta(PKTRT_ISA_AUTO) && c->packets < 2 * n,
-              "coherent rays go in packets");
+        CHECK(
+            (c->frustum_culls > 0) == has_frusta(PKTRT_ISA_AUTO) && c->packets < 2 * n, "coherent rays go in packets");
       more = stats; /* counts are added to, in one row only */
       pktrt_intersect_ex(s, &q, rays, h, 2 * n);
       CHECK(stats.by_type[q.type].rays == 2 * more.by_type[q.type].rays);
@@ -882,7 +859,7 @@ static void beyond_range(void) {
       pktrt_intersect_ex(s, &q, rays, together, n);
       for (size_t i = 0; i < n; i++) {
         CHECK(together[i].mesh == alone[i].mesh && together[i].triangle == alone[i].triangle, "path %d, ray %zu", path,
-              i);
+            i);
         hits += together[i].mesh != PKTRT_NONE;
       }
     }
@@ -980,7 +957,7 @@ static void vectors_of_eight(void) {
       const pktrt_counts *c = &stats.by_type[0];
       const uint64_t boxes = c->vector_box_tests, triangles = c->vector_triangle_tests;
       CHECK(boxes <= c->box_tests && c->box_tests <= 8 * boxes, "packets of %u: %llu box tests in %llu vectors",
-            sizes[k], (unsigned long long)c->box_tests, (unsigned long long)boxes);
+          sizes[k], (unsigned long long)c->box_tests, (unsigned long long)boxes);
       CHECK(triangles <= c->triangle_tests && c->triangle_tests <= 8 * triangles, "packets of %u", sizes[k]);
       if (sizes[k] == 1) CHECK(boxes == c->box_tests && triangles == c->triangle_tests, "one ray, one lane");
       CHECK(boxes + triangles < before / 4 * 3, "packets of %u: no amortisation", sizes[k]);

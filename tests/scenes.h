@@ -125,8 +125,8 @@ static shape *hills(int32_t edge, int32_t half, int32_t level, int32_t height, u
   numbers n = numbers_of(seed);
   for (int32_t j = 0; j <= edge; j++) {
     for (int32_t i = 0; i <= edge; i++) {
-      const int32_t position[3] = {(2 * i - edge) * (half / edge), level + pick(&n, -height, height),
-                                   (2 * j - edge) * (half / edge)};
+      const int32_t position[3] = {
+          (2 * i - edge) * (half / edge), level + pick(&n, -height, height), (2 * j - edge) * (half / edge)};
       const int32_t normal[3] = {pick(&n, -height, height), UNIT, pick(&n, -height, height)};
       put_vertex(m, position, normal);
     }

@@ -24,10 +24,14 @@ static settings read_settings(void) {
 }
 static const settings usual = {0x1F80, 0};
 static const named_settings odd[] = {
-    {"FTZ", {0x9F80, 0x01}, false},        {"DAZ", {0x1FC0, 0x02}, false},
-    {"FTZ and DAZ", {0x9FC0, 0}, false},   {"rounding up", {0x5F80, 0x20}, false},
-    {"rounding down", {0x3F80, 0}, false}, {"rounding to zero", {0x7F80, 0x3F}, false},
-    {"all traps", {0x0000, 0}, true},      {"all traps, FTZ, DAZ, rounding up", {0xC040, 0}, false},
+    {"FTZ", {0x9F80, 0x01}, false},
+    {"DAZ", {0x1FC0, 0x02}, false},
+    {"FTZ and DAZ", {0x9FC0, 0}, false},
+    {"rounding up", {0x5F80, 0x20}, false},
+    {"rounding down", {0x3F80, 0}, false},
+    {"rounding to zero", {0x7F80, 0x3F}, false},
+    {"all traps", {0x0000, 0}, true},
+    {"all traps, FTZ, DAZ, rounding up", {0xC040, 0}, false},
 };
 #elif defined(__aarch64__)
 static void write_settings(settings s) {
@@ -88,9 +92,8 @@ enum {
   CLOCK,
   BODIES
 };
-static const char *const hook_name[HOOKS] = {"allocate",       "release",     "parallel_for", "log",    "texture",
-                                             "shader",         "environment", "progress",     "packet", "trace",
-                                             "custom_sampler", "pass",        "seconds",      "body"};
+static const char *const hook_name[HOOKS] = {"allocate", "release", "parallel_for", "log", "texture", "shader",
+    "environment", "progress", "packet", "trace", "custom_sampler", "pass", "seconds", "body"};
 typedef struct record {
   const char *name;
   uint64_t hash;
@@ -136,11 +139,11 @@ static void add(const char *name, const void *data, size_t size) {
 }
 /* Calls it under the settings at hand. What it gave, KEEP adds to its record. */
 #define CALL(name, statement) \
-  do {                        \
-    enter();                  \
-    statement;                \
-    leave(#name);             \
-    (void)record_of(#name);   \
+  do { \
+    enter(); \
+    statement; \
+    leave(#name); \
+    (void)record_of(#name); \
   } while (0)
 #define KEEP(name, data) add(#name, &(data), sizeof(data))
 
@@ -266,8 +269,8 @@ static pktrt_scene *make_scene(pktrt_isa isa) {
   CALL(pktrt_add_mesh, status[0] = pktrt_add_mesh(s, &m, NULL));
   CALL(pktrt_add_model, status[1] = pktrt_add_model(s, &model, 1, NULL));
   CHECK(status[0] == PKTRT_OK && status[1] == PKTRT_OK, "%s", pktrt_last_error(s));
-  float place[24] = {0.3f, 0.1f, 0, 3,    0, 0.4f, 0.2f, 1, 0.1f, 0, 0.7f, -1,
-                     0.3f, 0.1f, 0, 3.3f, 0, 0.4f, 0.1f, 1, 0.1f, 0, 0.6f, -1};
+  float place[24] = {
+      0.3f, 0.1f, 0, 3, 0, 0.4f, 0.2f, 1, 0.1f, 0, 0.7f, -1, 0.3f, 0.1f, 0, 3.3f, 0, 0.4f, 0.1f, 1, 0.1f, 0, 0.6f, -1};
   pktrt_instance_desc in = {0, 2, place, 0, PKTRT_INTERPOLATION_LINEAR};
   uint32_t index[2] = {9, 9};
   CALL(pktrt_add_instance, status[0] = pktrt_add_instance(s, &in, &index[0]));
@@ -347,7 +350,7 @@ static void make_queries(const pktrt_scene *s) {
     CALL(pktrt_surface, pktrt_surface(s, &rays[i], &hits[i], &at));
     KEEP(pktrt_surface, at);
     CALL(pktrt_spawn_at,
-         pktrt_spawn_at(s, hits[i].mesh, hits[i].triangle, 0.3f, 0.1f, times[i], directions + 3 * i, &one));
+        pktrt_spawn_at(s, hits[i].mesh, hits[i].triangle, 0.3f, 0.1f, times[i], directions + 3 * i, &one));
     KEEP(pktrt_spawn_at, one);
   }
   pktrt_query_desc paper;
@@ -589,7 +592,7 @@ static void same_bits_everywhere(void) {
       CHECK(other.calls == first.calls, "%s: %d calls instead of %d", name, other.calls, first.calls);
       for (int n = 0; n < first.calls; n++)
         CHECK(other.call[n].hash == first.call[n].hash, "%s: %s has other bits by %s", name, first.call[n].name,
-              pktrt_isa_string(isas[i]));
+            pktrt_isa_string(isas[i]));
       CHECK(!other.unlike, "%s: %s leaves other settings or flags", name, other.unlike ? other.unlike : "");
       CHECK(!other.hook_unlike, "%s: %d calls of hooks under other settings", name, other.hook_unlike);
       CHECK(!other.body_unlike, "%s: %d tasks of parallel_for leave other settings or flags", name, other.body_unlike);

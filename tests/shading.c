@@ -66,8 +66,8 @@ static double schlick(double c, double eta, double k) {
 }
 
 static void fresnel_dielectrics(void) {
-  static const float etas[] = {1.000001f, 1.0003f,   1.33f, 1.5f,     2.4f,     30,
-                               1000,      0.999999f, 0.75f, 1 / 1.5f, 1 / 2.4f, 0.001f};
+  static const float etas[] = {
+      1.000001f, 1.0003f, 1.33f, 1.5f, 2.4f, 30, 1000, 0.999999f, 0.75f, 1 / 1.5f, 1 / 2.4f, 0.001f};
   size_t checked = 0, off = 0;
   for (size_t j = 0; j < COUNT(etas); j++) {
     double eta = (double)etas[j];
@@ -75,7 +75,7 @@ static void fresnel_dielectrics(void) {
       float c = i < 500 ? (float)i / 500 : powf(0.95f, (float)(i - 500));
       double got = (double)pktrt_fresnel_dielectric(c, etas[j]), want = fresnel_exact((double)c, eta);
       CHECK(fabs(got - want) <= slack(dielectric, (double)c, eta, 0), "cosine %.9g, eta %.9g: %.9g, not %.9g",
-            (double)c, eta, got, want);
+          (double)c, eta, got, want);
       checked++;
       off += fabs(schlick((double)c, eta, 0) - want) > slack(dielectric, (double)c, eta, 0);
     }
@@ -87,7 +87,7 @@ static void fresnel_dielectrics(void) {
     double brewster = 1 / sqrt(1 + eta * eta), s = (1 - eta * eta) / (1 + eta * eta);
     got = (double)pktrt_fresnel_dielectric((float)brewster, etas[j]);
     CHECK(fabs(got - s * s / 2) <= slack(dielectric, brewster, eta, 0), "eta %g, Brewster's angle: %g, not %g", eta,
-          got, s * s / 2);
+        got, s * s / 2);
     if (eta >= 1) continue;
     double critical = sqrt(1 - eta * eta);
     for (int i = 0; i <= 100; i++) {
@@ -104,8 +104,8 @@ static void fresnel_dielectrics(void) {
 }
 
 static void fresnel_conductors(void) {
-  static const float metals[][2] = {{0.17f, 3.1f}, {0.42f, 2.35f}, {1.4f, 1.9f}, {0.15f, 4.0f},
-                                    {1.1f, 6.8f},  {3.2f, 3.3f},   {1, 0.01f},   {4, 0.5f}};
+  static const float metals[][2] = {
+      {0.17f, 3.1f}, {0.42f, 2.35f}, {1.4f, 1.9f}, {0.15f, 4.0f}, {1.1f, 6.8f}, {3.2f, 3.3f}, {1, 0.01f}, {4, 0.5f}};
   size_t checked = 0, off = 0;
   for (size_t j = 0; j < COUNT(metals); j++) {
     double n = (double)metals[j][0], k = (double)metals[j][1];
@@ -146,7 +146,7 @@ static void fresnel_limits(void) {
     CHECK(got >= 0 && got <= 1, "cosine %g, %g + %gi: %.9g", (double)c, (double)eta, (double)k, (double)got);
     CHECK(c > 0 || got == 1, "cosine 0, %g + %gi: all is reflected, not %.9g", (double)eta, (double)k, (double)got);
     CHECK(pktrt_fresnel_dielectric(c, INFINITY) == 1 && pktrt_fresnel_dielectric(c, 0) == 1, "cosine %g, glass",
-          (double)c);
+        (double)c);
     double plain = conductor_plain((double)c, (double)eta, (double)k);
     off += !(plain >= 0 && plain <= 1);
   }
@@ -211,7 +211,7 @@ static void fresnel_pictures(void) {
         double b = surface_radiance((surface)kind, c - 2e-6, &s, k),
                off = fabs((double)got[3 * i + (uint32_t)k] - want);
         CHECK(off <= fabs(a - b) + 2e-5, "%s, cosine %g: %g, not %g", name[kind], c, (double)got[3 * i + (uint32_t)k],
-              want);
+            want);
         worst = fmax(worst, off);
       }
       double aside = surface_radiance((surface)kind, fmin(c + 0.02, 1), &s, 1);
@@ -316,7 +316,7 @@ static void leaning_normals(void) {
       const double want[3] = {part * (0.5 + 0.5 * r.x), part * (0.5 + 0.5 * r.y), part * (0.5 + 0.5 * r.z)};
       for (uint32_t a = 0; a < 3; a++)
         CHECK(fabs((double)got[3 * k + a] - want[a]) <= 1e-5, "%s, %s, pixel %u, channel %u: %g, not %g",
-              pktrt_isa_string(desc.isa), coat ? "coat" : "mirror", k, a, (double)got[3 * k + a], want[a]);
+            pktrt_isa_string(desc.isa), coat ? "coat" : "mirror", k, a, (double)got[3 * k + a], want[a]);
     }
     CHECK(bent > 100 && mended > 100 && away > 100, "%zu bent, %zu mended, %zu that face away", bent, mended, away);
     if (i == 0) say("%zu pixels about the normals, %zu mended, %zu that face away", bent, mended, away);
@@ -454,8 +454,8 @@ static void within_glass(void) {
    leaves that its hypotenuse has reflected. Total reflection for 1.5, partial for 1.3. */
 static void prisms(void) {
   static const float corner[3][2] = {{0, 0}, {1, 0}, {0, 1}};
-  static const uint32_t faces[8][3] = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3},
-                                       {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}};
+  static const uint32_t faces[8][3] = {
+      {0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}};
   for (int i = 0; i < 2; i++) {
     double index = i == 0 ? 1.5 : 1.3, f = fresnel_exact(1, index), hypotenuse = fresnel_exact(sqrt(0.5), 1 / index);
     sky s = {{0, 0, 0}, {0, 0, 0}, {-1, 0, 0}};
@@ -671,12 +671,12 @@ static void check_hooks(bool shader, pktrt_mode mode) {
     seen += edge<2, others += edge> 2;
     for (uint32_t k = 0; k < 3; k++) {
       CHECK(fabs((double)got[3 * i + k] - want[k]) < 1e-5, "mode %d, pixel %u channel %u: %g, not %g", (int)mode, i, k,
-            (double)got[3 * i + k], want[k]);
+          (double)got[3 * i + k], want[k]);
     }
   }
   CHECK(report.wrong == 0, "%zu of %zu points told wrong", report.wrong, report.points);
   CHECK(report.points >= seen && report.points <= seen + SIDE + 64 && seen > 500 && others > 100,
-        "%zu points, %zu pixels", report.points, seen);
+      "%zu points, %zu pixels", report.points, seen);
   CHECK(report.calls < report.points, "in batches: %zu calls, %zu points", report.calls, report.points);
   pktrt_scene_destroy(scene);
   free(got);
@@ -701,7 +701,7 @@ static void shader_in_mirror(void) {
     d.camera.fov_y = 0.01f;
     stage_render(scene, &d);
     CHECK(fabs((double)got[1] - 0.5 * (50 + 3.75)) < 5e-3 && fabs((double)got[0] - 0.5 * 55) < 5e-3, "%g %g",
-          (double)got[0], (double)got[1]);
+        (double)got[0], (double)got[1]);
   }
   pktrt_scene_destroy(scene);
 }
@@ -713,8 +713,8 @@ static void normals_in_time(void) {
   enum { N = 16 };
   static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
   static const float positions[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-  static const float normals[24] = {0,    0, 1,    0.6f, 0, 0.8f, 0, 0.6f, 0.8f, 0, 0,     1,
-                                    0.6f, 0, 0.8f, 0,    0, 1,    0, 0,    1,    0, -0.6f, 0.8f};
+  static const float normals[24] = {
+      0, 0, 1, 0.6f, 0, 0.8f, 0, 0.6f, 0.8f, 0, 0, 1, 0.6f, 0, 0.8f, 0, 0, 1, 0, 0, 1, 0, -0.6f, 0.8f};
   float twice[24], got[N * N * 3], normal[N * N * 3];
   memcpy(twice, positions, sizeof positions), memcpy(twice + 12, positions, sizeof positions);
   pktrt_scene *scene = stage_open();
@@ -749,12 +749,137 @@ static void normals_in_time(void) {
       vec off = vec_sub(vec_from(normal + 3 * j), want[0]);
       CHECK(vec_length(off) < 2e-5, "time %g, pixel %u: normal off by %g", t, j, vec_length(off));
       CHECK(fabs((double)got[3 * j] - 0.8 * vec_dot(want[0], to_sun)) < 2e-5, "time %g, pixel %u: %g", t, j,
-            (double)got[3 * j]);
+          (double)got[3 * j]);
       seen++, control += fabs((double)got[3 * j] - 0.8 * vec_dot(want[1], to_sun)) > 1e-3;
     }
   }
   CHECK(control > seen / 2, "the control: those of the first key would fail");
   pktrt_scene_destroy(scene);
+}
+
+/* --- the edge of the shadow on smooth bodies --- */
+
+/* A ball of so many columns and half as many rows, with its own normals; its `size` is that of a model, which an
+   instance shows at size 1. */
+enum { BALL_VERTICES = 33 * 17 };
+typedef struct smooth_ball {
+  float positions[3 * BALL_VERTICES], normals[3 * BALL_VERTICES];
+  uint32_t indices[6 * BALL_VERTICES];
+} smooth_ball;
+static void smooth_ball_make(smooth_ball *ball, uint32_t columns, float size, pktrt_mesh_desc *desc) {
+  uint32_t rows = columns / 2, vertex = 0;
+
+  memset(desc, 0, sizeof *desc);
+  desc->positions = ball->positions;
+  desc->normals = ball->normals;
+  desc->indices = ball->indices;
+
+  for (uint32_t j = 0; j <= rows; j++) {
+    for (uint32_t i = 0; i <= columns; i++, vertex++) {
+      double down = PI * j / rows, around = 2 * PI * i / columns;
+      const uint32_t corner[6] = {
+          vertex, vertex + 1, vertex + columns + 1, vertex + 1, vertex + columns + 2, vertex + columns + 1};
+      vec_put(vec_of(sin(down) * cos(around), cos(down), sin(down) * sin(around)), ball->normals + 3 * vertex);
+      for (uint32_t k = 0; k < 3; k++) ball->positions[3 * vertex + k] = size * ball->normals[3 * vertex + k];
+      if (i == columns || j == rows) continue;
+      memcpy(ball->indices + 3 * desc->triangle_count, corner, sizeof corner);
+      desc->triangle_count += 2;
+    }
+  }
+
+  desc->vertex_count = vertex;
+}
+
+/* A scene of such a ball, as an instance of half its size if `placed`, under a sun; and a wall across it, if its
+   distance from the centre, in direction `up`, is not 0. */
+static pktrt_scene *terminator_scene(uint32_t columns, bool placed, vec to_sun, vec up, double wall) {
+  static smooth_ball ball;
+  static const float twice[12] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0};
+  pktrt_scene *scene = stage_open();
+  pktrt_material white = material_of(1, PKTRT_SPECULAR_NONE, 0);
+  pktrt_light sun = light_of(PKTRT_LIGHT_DIRECTIONAL, PI);
+  pktrt_instance_desc instance;
+  pktrt_mesh_desc desc;
+  vec side = vec_unit(vec_cross(up, to_sun));
+  quad across = quad_of(vec_mul(up, wall), vec_mul(side, 50), vec_mul(vec_cross(side, up), 50));
+
+  smooth_ball_make(&ball, columns, placed ? 0.5f : 1, &desc);
+  desc.material = stage_material(scene, &white);
+  memset(&instance, 0, sizeof instance);
+  instance.transforms = twice;
+  pktrt_status added = placed ? pktrt_add_model(scene, &desc, 1, &instance.model) : pktrt_add_mesh(scene, &desc, NULL);
+  if (placed && added == PKTRT_OK) added = pktrt_add_instance(scene, &instance, NULL);
+  CHECK(added == PKTRT_OK, "%s", pktrt_last_error(scene));
+  if (wall != 0) stage_quad(scene, &across, desc.material);
+  vec_put(vec_mul(to_sun, -1), sun.direction);
+  stage_light(scene, &sun);
+  stage_commit(scene);
+
+  return scene;
+}
+
+/* Of pixels that show the ball: */
+typedef struct terminator {
+  int lit;    /* the shading normal lights them by more than 2% */
+  int black;  /* of these, */
+  int away;   /* those whose triangle faces away from the sun */
+  int behind; /* behind the wall */
+  int leaks;  /* of these, those that are not black */
+} terminator;
+static terminator terminator_count(pktrt_scene *scene, pktrt_mode mode, vec to_sun, vec up, double wall, vec eye) {
+  enum { EDGE = 96 };
+  static float got[3 * EDGE * EDGE];
+  terminator found = {0, 0, 0, 0, 0};
+  pktrt_render_desc d = stage_view(mode, EDGE, EDGE, got, eye, vec_of(0, 0, 0));
+
+  d.camera.fov_y = 28;
+  stage_render(scene, &d);
+
+  for (uint32_t i = 0; i < EDGE * EDGE; i++) {
+    pktrt_ray ray;
+    pktrt_hit hit;
+    pktrt_surface_info at;
+    if (!pktrt_camera_ray(&d.camera, EDGE, EDGE, i % EDGE + 0.5, i / EDGE + 0.5, NULL, 0, &ray)) continue;
+    if (!pktrt_intersect(scene, &ray, &hit) || hit.mesh != 0) continue;
+    pktrt_surface(scene, &ray, &hit, &at);
+    bool lit = vec_dot(vec_from(at.shading_normal), to_sun) > 0.02, black = !(got[3 * i] > 0);
+    bool behind = wall != 0 && vec_dot(vec_from(at.position), up) < wall - 1e-4;
+    found.behind += behind;
+    found.leaks += behind && !black;
+    if (!lit || wall != 0) continue;
+    found.lit++;
+    found.black += black;
+    found.away += vec_dot(vec_from(at.normal), to_sun) <= 0;
+  }
+
+  return found;
+}
+
+static void terminators(void) {
+  int away = 0, behind = 0;
+
+  for (uint32_t columns = 16; columns <= 32; columns += 16) {
+    for (int i = 0; i < 6; i++) {
+      vec to_sun = vec_unit(vec_of(1, 0.3 * i - 0.8, 0.7 - 0.25 * i));
+      vec across = vec_unit(vec_cross(to_sun, vec_of(0.3, 1, -0.2)));
+      vec up = vec_unit(vec_add(across, vec_mul(to_sun, 0.1)));
+      double wall = i < 3 ? 0 : 0.95 + 0.01 * (i - 3);
+      vec beside = vec_unit(vec_cross(up, vec_of(1, i, 0.5)));
+      vec eye = i < 3 ? vec_of(i - 1, 1, 4) : vec_add(vec_mul(up, 0.9), vec_mul(beside, 4));
+      pktrt_scene *scene = terminator_scene(columns, i % 3 == 1, to_sun, up, wall);
+      terminator found = terminator_count(scene, i % 2 ? PKTRT_MODE_WRT : PKTRT_MODE_RCS, to_sun, up, wall, eye);
+      CHECK(!found.black, "%u columns, sun %d: %d of %d lit pixels are black", columns, i, found.black, found.lit);
+      CHECK(!found.leaks, "%u columns, sun %d: %d of %d pixels behind the wall are lit", columns, i, found.leaks,
+          found.behind);
+      away += found.away;
+      behind += found.behind;
+      pktrt_scene_destroy(scene);
+    }
+  }
+
+  CHECK(away > 100, "the control: only %d lit pixels are of triangles that face away", away);
+  CHECK(behind > 100, "the control: only %d pixels are behind a wall", behind);
+  say("%d lit pixels of triangles that face away, none black; %d behind a wall, none lit", away, behind);
 }
 
 void suite_shading(void) {
@@ -776,4 +901,5 @@ void suite_shading(void) {
   run("a shader replaces everything else", shaders);
   run("mirrors show what shaders say", shader_in_mirror);
   run("smooth normals are those of the ray's time", normals_in_time);
+  run("smooth bodies are lit up to where their normals say, and nothing leaks through a wall", terminators);
 }

@@ -284,7 +284,7 @@ static void denormal_depth(rng *r, graze *g) {
   const float slope[2] = {0, 0}, unit = deep ? ldexpf(1, -84) : ldexpf(1, -144);
   for (uint32_t c = 0; c < 3; c++)
     set_seen(g, c, c == 1 ? 2 : -1 + 0.3f * rng_unit(r), c == 2 ? 2 : -1 + 0.3f * rng_unit(r),
-             unit * rng_range(r, 1, 9), slope);
+        unit * rng_range(r, 1, 9), slope);
   for (uint32_t i = 0; i < RAYS; i += 4) {
     const float length = rng_range(r, 1, 2) * (deep ? ldexpf(1, 60) : 1);
     set(g, g->ray[i].direction, rng_sign(r) * length, rng_sign(r) * length, length);
@@ -550,7 +550,7 @@ static void library_is_right(const char *name, const graze *g, uint64_t seed) {
   for (int how = 0; how < ASKED; how++) {
     const uint64_t lost = lost_by(g, s, false, (asked)how);
     CHECK(!lost, "%s, triangle %llu: path %d answers rays %llx otherwise than the reference", name,
-          (unsigned long long)seed, how, (unsigned long long)lost);
+        (unsigned long long)seed, how, (unsigned long long)lost);
   }
   pktrt_scene_destroy(s);
 }
@@ -574,7 +574,7 @@ static const part parts[] = {
     {PART(least), 1, 0, at_a_tiny_edge, 400, 1},
     {"depth", offsetof(slack_parts, cross), 20.25f, 0, edge_on, 400, 5}, /* cross to estimate */
     {PART(tiny), 2, 0, denormal_depth, 40, 1},
-    {PART(calm), 5, 0, end_on, 60, 1},
+    {PART(accurate), 5, 0, end_on, 60, 1},
     {PART(sides), 32, 0, at_a_side, 600, 1},
     {PART(apex), 8, 0, in_a_cone, 600, 1},
     {PART(miss), 8, 0, in_a_cone, 100, 1},
@@ -583,8 +583,8 @@ static const part parts[] = {
     {PART(swept), 4, 0, tiny_beyond_moving, 60, 1},
     {PART(doubles), 16, 0, through_an_edge, 600, 1},
     {PART(eights), 16, 0, through_an_edge, 600, 1},
-    {PART(apart[0]), 64, 0, at_departure, 60, 1},
-    {PART(apart[1]), 64, 0, at_departure, 60, 1},
+    {PART(misses[0]), 64, 0, at_departure, 60, 1},
+    {PART(misses[1]), 64, 0, at_departure, 60, 1},
     {PART(paper), 1, 0, at_a_far_side, 600, 1},
     {PART(interval), 1, 0, at_a_far_side, 600, 1},
 };
@@ -620,9 +620,9 @@ static void make_for(const part *p, size_t i, uint32_t seed, graze *g) {
 
 /* Tells whether a part is of frusta, or of what vectors settle by eights: scalar kernels by themselves do without. */
 static bool is_of_packets(const part *p) {
-  static const size_t at[] = {offsetof(slack_parts, calm),  offsetof(slack_parts, sides), offsetof(slack_parts, apex),
-                              offsetof(slack_parts, miss),  offsetof(slack_parts, many),  offsetof(slack_parts, swept),
-                              offsetof(slack_parts, eights)};
+  static const size_t at[] = {offsetof(slack_parts, accurate), offsetof(slack_parts, sides),
+      offsetof(slack_parts, apex), offsetof(slack_parts, miss), offsetof(slack_parts, many),
+      offsetof(slack_parts, swept), offsetof(slack_parts, eights)};
   for (size_t i = 0; i < COUNT(at); i++)
     if (p->at == at[i]) return true;
   return false;
@@ -633,7 +633,7 @@ static void parts_are_needed(void) {
     const part *p = &parts[i];
     uint32_t lose = 0;
     float most = p->left; /* with which a hit was lost */
-    if (p->at == offsetof(slack_parts, apart[1]) && !has_eight_doubles()) continue;
+    if (p->at == offsetof(slack_parts, misses[1]) && !has_eight_doubles()) continue;
     if (is_of_packets(p) && !has_frusta(PKTRT_ISA_AUTO)) continue;
     for (uint32_t seed = 0; seed < p->triangles && !(small_run && lose > 2); seed++) {
       graze g;
@@ -826,10 +826,8 @@ static void departures_need_their_slack(void) {
     const char *name;
     size_t at;
     float left, flat, far_;
-  } rows[] = {{PART(start[0]), 0, 1, 1000},
-              {PART(start[1]), 0, 1e-3f, 0},
-              {PART(plane), -131072, 1, 0},
-              {PART(kappa_spawn), -1, 1e-3f, 1000}};
+  } rows[] = {{PART(start[0]), 0, 1, 1000}, {PART(start[1]), 0, 1e-3f, 0}, {PART(plane), -131072, 1, 0},
+      {PART(kappa_spawn), -1, 1e-3f, 1000}};
 
   for (size_t i = 0; i < COUNT(rows); i++) {
     uint32_t met[3] = {0, 0, 0}, rays = 0; /* with all slack, without the part, with what is left */

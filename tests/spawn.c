@@ -49,7 +49,7 @@ static void stray_vertices(void) {
       pktrt_scene_destroy(s);
     }
     CHECK(same_bits(&left[0], &left[1], sizeof left[0]), "case %d: starts at %g, with a stray vertex at %g", k,
-          (double)left[0].origin[1], (double)left[1].origin[1]);
+        (double)left[0].origin[1], (double)left[1].origin[1]);
     CHECK(same_bits(&left[0], &left[2], sizeof left[0]), "nor does it count where another triangle uses it");
     CHECK(left[0].origin[1] > (deformed ? 0.25f : 0), "it starts above the floor, at %g", (double)left[0].origin[1]);
   }
@@ -67,10 +67,10 @@ static void leaving_what_has_changed(void) {
     if (one_key) memcpy(after.p, before.p, (size_t)after.nv * 12); /* the second changes */
     world w = world_of(before), v = world_of(after);
     pktrt_scene *s[3] = {world_scene(&w, PKTRT_ISA_AUTO, 0), world_scene(&v, PKTRT_ISA_AUTO, 0),
-                         world_scene(&w, PKTRT_ISA_AUTO, 0)}; /* changed; made so; the control: not changed */
+        world_scene(&w, PKTRT_ISA_AUTO, 0)}; /* changed; made so; the control: not changed */
     for (uint32_t key = one_key; key < after.keys; key++)
       CHECK(pktrt_set_positions(s[0], 0, key, after.p + (size_t)key * after.nv * 3) == PKTRT_OK, "%s",
-            pktrt_last_error(s[0]));
+          pktrt_last_error(s[0]));
     CHECK((commits ? pktrt_commit(s[0]) : pktrt_refit(s[0])) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
     const float up[3] = {0, 1, 0}, x = 0.0003f;
     pktrt_ray down = ray_of(x, 2, x / 3, 0, -1, 0), left[3];
@@ -82,9 +82,9 @@ static void leaving_what_has_changed(void) {
       pktrt_scene_destroy(s[i]);
     }
     CHECK(left[0].origin[1] == left[1].origin[1], "case %d: starts at %g, not %g", k, (double)left[0].origin[1],
-          (double)left[1].origin[1]);
-    CHECK((left[2].origin[1] != left[1].origin[1]) == !one_key, "the control, case %d: %g", k,
-          (double)left[2].origin[1]);
+        (double)left[1].origin[1]);
+    CHECK(
+        (left[2].origin[1] != left[1].origin[1]) == !one_key, "the control, case %d: %g", k, (double)left[2].origin[1]);
     world_free(&w), world_free(&v);
   }
 }
@@ -161,8 +161,8 @@ static void many_are_as_many_times_one(void) {
     const size_t kept = one.count[i] < CROSSINGS ? one.count[i] : CROSSINGS;
     CHECK(same_bits(&one.hit[i], &many.hit[i], sizeof one.hit[i]), "hit %zu", i);
     CHECK(same_bits(&one.next[i], &many.next[i], sizeof one.next[i]), "next hit %zu", i);
-    CHECK(one.count[i] == many.count[i] && same_bits(one.all[i], many.all[i], kept * sizeof(pktrt_hit)), "all of %zu",
-          i);
+    CHECK(
+        one.count[i] == many.count[i] && same_bits(one.all[i], many.all[i], kept * sizeof(pktrt_hit)), "all of %zu", i);
     CHECK(one.occluded[i] == many.occluded[i], "occluded %zu", i);
     CHECK(one.winding[i] == many.winding[i], "winding %zu: %d, %d", i, one.winding[i], many.winding[i]);
     CHECK(same_bits(&one.surface[i], &many.surface[i], sizeof one.surface[i]), "surface %zu", i);
@@ -174,7 +174,7 @@ static void many_are_as_many_times_one(void) {
     made += !same_bits(&one.made[i], &at_once.made[i], sizeof one.made[i]);
   }
   CHECK(hits > ITEMS / 4 && windings > 3 && others > ITEMS / 8 && made > ITEMS / 8, "%zu hits, %zu, %zu, %zu others",
-        hits, windings, others, made);
+      hits, windings, others, made);
   say("%d items, %zu hits; control, all at one time: %zu hits, %zu windings and %zu rays are others", (int)ITEMS, hits,
       others, windings, made);
   pktrt_scene_destroy(s);

@@ -20,7 +20,7 @@ static figure *figures;
 static size_t figure_count, figure_room;
 
 static void keep(figure_kind kind, const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what,
-                 const char *control, double value, double limit) {
+    const char *control, double value, double limit) {
   pthread_mutex_lock(&figures_lock);
   if (figure_count == figure_room) {
     figure_room = figure_room ? 2 * figure_room : 256;
@@ -39,19 +39,19 @@ static void keep(figure_kind kind, const char *part, const char *name, pktrt_isa
 
 void count_figure(const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, uint64_t count) {
   CHECK(count == 0, "%s, %s, %s: %llu %s of %llu", part, name, pktrt_isa_string(isa), (unsigned long long)count, what,
-        (unsigned long long)rays);
+      (unsigned long long)rays);
   keep(FIGURE_COUNT, part, name, isa, rays, what, "", (double)count, 0);
 }
 
-void control_figure(const char *part, const char *name, const char *what, const char *control, uint64_t rays,
-                    uint64_t count) {
+void control_figure(
+    const char *part, const char *name, const char *what, const char *control, uint64_t rays, uint64_t count) {
   keep(FIGURE_CONTROL, part, name, PKTRT_ISA_AUTO, rays, what, control, (double)count, INFINITY);
 }
 
-void value_figure(const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, double value,
-                  double limit) {
+void value_figure(
+    const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, double value, double limit) {
   CHECK(value <= limit, "%s, %s, %s: %s is %g, at most %g is wanted", part, name, pktrt_isa_string(isa), what, value,
-        limit);
+      limit);
   keep(FIGURE_VALUE, part, name, isa, rays, what, "", value, limit);
 }
 
@@ -179,7 +179,7 @@ bool keep_figures(const char *directory, int argc, char **argv) {
     for (size_t i = 0; i < figure_count; i++) {
       const figure *f = &figures[i];
       fprintf(csv, "%s,%s,\"%s\",%s,%s,%s,%llu,%.9g,%.9g\n", kind_names[f->kind], f->part, f->name,
-              pktrt_isa_string(f->isa), f->what, f->control, (unsigned long long)f->rays, f->value, f->limit);
+          pktrt_isa_string(f->isa), f->what, f->control, (unsigned long long)f->rays, f->value, f->limit);
     }
     write_counts(md);
     write_values(md);
@@ -205,7 +205,7 @@ static void zeros_have_controls(void) {
       if (c->kind != FIGURE_CONTROL || !alike(c->part, figures[i].part) || !alike(c->what, figures[i].what)) continue;
       controls++;
       CHECK(thoroughness < 0.01 || sum_of(c).found > 0, "%s, %s: the control \"%s\" is zero as well", c->part, c->what,
-            c->control);
+          c->control);
     }
     CHECK(controls > 0, "%s, %s: no control", figures[i].part, figures[i].what);
   }

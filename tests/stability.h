@@ -10,12 +10,12 @@
 
 /* isa: PKTRT_ISA_AUTO where it does not matter. All may be called from several threads; texts are copied. */
 void count_figure(const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, uint64_t count);
-void control_figure(const char *part, const char *name, const char *what, const char *control, uint64_t rays,
-                    uint64_t count);
+void control_figure(
+    const char *part, const char *name, const char *what, const char *control, uint64_t rays, uint64_t count);
 /* A value that is reported, and must not exceed `limit` (INFINITY: none). Of several instruction sets the table shows the
    largest. */
-void value_figure(const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, double value,
-                  double limit);
+void value_figure(
+    const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, double value, double limit);
 
 /* Jobs 0 to n - 1 over as many threads as there are processors. CHECK may be used in them, say() not. */
 void jobs_for(size_t n, void (*job)(void *arg, size_t i), void *arg);

@@ -24,7 +24,12 @@ typedef struct truth {
 
 typedef enum quantity { ERROR_T, ERROR_U, ERROR_V, ERROR_POINT, ERROR_ALONG, ERROR_BLEND, QUANTITIES } quantity;
 static const char *const quantity_name[QUANTITIES] = {
-    "t", "u", "v", "point of u and v", "o + t d in float", "point of u and v in float",
+    "t",
+    "u",
+    "v",
+    "point of u and v",
+    "o + t d in float",
+    "point of u and v in float",
 };
 
 typedef long double lvec[3];
@@ -71,8 +76,8 @@ static double apart(const double a[3], const double b[3]) {
   return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-static void errors_of(const truth *x, const pktrt_ray *r, float p[3][3], float t, float u, float v,
-                      float out[QUANTITIES]) {
+static void errors_of(
+    const truth *x, const pktrt_ray *r, float p[3][3], float t, float u, float v, float out[QUANTITIES]) {
   double blend[3], rounded[3], reached[3], e[QUANTITIES];
   for (int k = 0; k < 3; k++) {
     const double a = (double)p[0][k], b = (double)p[1][k], c = (double)p[2][k];
@@ -117,9 +122,15 @@ enum { CHUNK = 512, PART = 16, TESTS = 3, SETS = 8, KEYS = 5 }; /* textbook test
 
 typedef enum what { UNLIKE, ZEROS, EMPTY, LENGTHS, AT_KEYS, AREA, LEAKS, SHADED, RADIANCE, WHATS } what;
 static const char *const what_name[WHATS] = {
-    "answers unlike the reference",   "signs of zeros that matter",     "hits in empty intervals",
-    "lengths that change the answer", "keys unlike their static mesh",  "hits without area",
-    "light through a closed wall",    "lit points in their own shadow", "pixels off the closed form",
+    "answers unlike the reference",
+    "signs of zeros that matter",
+    "hits in empty intervals",
+    "lengths that change the answer",
+    "keys unlike their static mesh",
+    "hits without area",
+    "light through a closed wall",
+    "lit points in their own shadow",
+    "pixels off the closed form",
 };
 typedef enum control {
   MT_UNLIKE,
@@ -137,9 +148,15 @@ static const struct control_text {
   what of;
   const char *name;
 } control_text[CONTROLS] = {
-    {UNLIKE, "Moeller-Trumbore"}, {UNLIKE, "slabs of Smits 1998"},     {ZEROS, "slabs of Smits 1998"},
-    {EMPTY, "closed intervals"},  {LENGTHS, "least determinant 1e-6"}, {AT_KEYS, "corners P + b (Q - P)"},
-    {AREA, "Moeller-Trumbore"},   {LEAKS, "Moeller-Trumbore"},         {SHADED, "origin o + t d"},
+    {UNLIKE, "Moeller-Trumbore"},
+    {UNLIKE, "slabs of Smits 1998"},
+    {ZEROS, "slabs of Smits 1998"},
+    {EMPTY, "closed intervals"},
+    {LENGTHS, "least determinant 1e-6"},
+    {AT_KEYS, "corners P + b (Q - P)"},
+    {AREA, "Moeller-Trumbore"},
+    {LEAKS, "Moeller-Trumbore"},
+    {SHADED, "origin o + t d"},
 };
 
 typedef struct tally {
@@ -193,7 +210,7 @@ static void trace(const pktrt_scene *scene, uint64_t chunk, const pktrt_ray *ray
 }
 
 static void against_reference(const stage *s, uint64_t chunk, int isa, const pktrt_ray *rays, const pktrt_hit *want,
-                              const pktrt_hit *got, size_t n, tally *out) {
+    const pktrt_hit *got, size_t n, tally *out) {
   bool occluded[CHUNK];
   const bool ask = chunk % 16 == 0;
   if (ask) pktrt_occluded_n(s->scene[isa], rays, occluded, n);
@@ -218,8 +235,8 @@ DIVIDES_BY_ZERO static bool smits_slabs(const pktrt_ray *r, float p[3][3]) {
   return true;
 }
 
-static void controls_of(const stage *s, uint64_t chunk, const pktrt_ray *rays, const pktrt_hit *want, size_t n,
-                        tally *out) {
+static void controls_of(
+    const stage *s, uint64_t chunk, const pktrt_ray *rays, const pktrt_hit *want, size_t n, tally *out) {
   for (size_t j = 0; j < n; j++) {
     float p[3][3];
     pktrt_hit h;
@@ -513,8 +530,8 @@ static void rays_of_zeros(const stage *s, uint64_t first, pktrt_ray *out, size_t
   }
 }
 
-static void check_zeros(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                        tally *out) {
+static void check_zeros(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   (void)first;
   for (size_t j = 0; j + 1 < n; j += 2) {
     const pktrt_hit *a = &hits[j], *b = &hits[j + 1];
@@ -591,8 +608,8 @@ static bool det_below(const pktrt_ray *r, float p[3][3], float least) { /* Moell
   return fabsf(dot3(e[0], c)) < least;
 }
 
-static void check_lengths(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits,
-                          size_t n, tally *out) {
+static void check_lengths(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   (void)first;
   for (size_t j = 0; j + 1 < n; j += 2) {
     const pktrt_hit *a = &hits[j];
@@ -639,8 +656,8 @@ static void rays_of_intervals(const stage *s, uint64_t first, pktrt_ray *out, si
   }
 }
 
-static void check_intervals(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits,
-                            size_t n, tally *out) {
+static void check_intervals(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   (void)s, (void)first;
   for (size_t j = 0; j < n; j++) {
     if (rays[j].tmin < rays[j].tmax) continue;
@@ -713,8 +730,8 @@ static bool other_formula(const mesh *m, uint32_t triangle, float time, uint32_t
   return false;
 }
 
-static void check_keys(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                       tally *out) {
+static void check_keys(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   for (size_t j = 0; j < n; j++) {
     const uint32_t key = key_at[(first + j) % 8];
     pktrt_hit h;
@@ -794,8 +811,8 @@ static bool no_area(const world *w, const pktrt_hit *h, float time) {
   return normal[0] == 0 && normal[1] == 0 && normal[2] == 0;
 }
 
-static void check_area(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                       tally *out) {
+static void check_area(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   for (size_t j = 0; j < n; j++) {
     if (isa >= 0) out->count[isa][AREA] += no_area(&s->w, &hits[j], rays[j].time), out->tries[isa][AREA]++;
     if (isa >= 0 || first / CHUNK % PART) continue;
@@ -836,8 +853,8 @@ static void rays_to_light(const stage *s, uint64_t first, pktrt_ray *out, size_t
   }
 }
 
-static void check_leaks(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                        tally *out) {
+static void check_leaks(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   bool occluded[CHUNK];
   if (isa >= 0) pktrt_occluded_n(s->scene[isa], rays, occluded, n);
   for (size_t j = 0; j < n; j++) {
@@ -875,8 +892,8 @@ static void rays_lit(const stage *s, uint64_t first, pktrt_ray *out, size_t n) {
   for (size_t j = 0; j < n; j++) out[j] = lit_ray(s, first + j, true);
 }
 
-static void check_lit(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                      tally *out) {
+static void check_lit(
+    const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n, tally *out) {
   bool occluded[CHUNK];
   if (isa >= 0) pktrt_occluded_n(s->scene[isa], rays, occluded, n);
   for (size_t j = 0; j < n; j++) {

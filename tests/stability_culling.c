@@ -14,11 +14,11 @@ typedef struct stage {
   pktrt_scene *scene[8], *noslack;
 } stage;
 
-static const float places[PLACES][2] = {{1, 0},     {1, 3},       {1, 100},    {1, 1e4f},
-                                        {1e-6f, 0}, {1e8f, 1e7f}, {1e-4f, 10}, {1e20f, -1e22f}}; /* scale, offset */
+static const float places[PLACES][2] = {
+    {1, 0}, {1, 3}, {1, 100}, {1, 1e4f}, {1e-6f, 0}, {1e8f, 1e7f}, {1e-4f, 10}, {1e20f, -1e22f}}; /* scale, offset */
 /* What asks for slack of instances: the shear of one, which is flat at 1, and how far a model is from its origin. */
-static const float extremes[PLACES][2] = {{0.3f, 1e3f}, {0.9997f, 0},  {0.3f, 0}, {0.9f, 0},
-                                          {0.3f, 1e4f}, {0.99997f, 0}, {0.9f, 0}, {0.3f, 0}};
+static const float extremes[PLACES][2] = {
+    {0.3f, 1e3f}, {0.9997f, 0}, {0.3f, 0}, {0.9f, 0}, {0.3f, 1e4f}, {0.99997f, 0}, {0.9f, 0}, {0.3f, 0}};
 
 /* Returns a ray that is given in the stage's own frame, where things have sizes of about 1. */
 static pktrt_ray placed(const stage *g, const float o[3], const float d[3], float length) {
@@ -46,13 +46,13 @@ enum { LAYS = 7, FAR_MODEL = 2 /* the box, whose edges are those of its bounds *
 static const struct lay {
   uint32_t model, keys; /* keys: where instances move */
   float at[12];
-} lays[LAYS] = {{0, 2, {0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0}},        /* turned */
-                {1, 1, {1, 0.3f, 0, 0, 0, 1, -0.2f, 0, 0.1f, 0, 1, 0}},                            /* sheared */
-                {2, 3, {0.4f, 0, 0, 1.5f, 0, -0.7f, 0, -0.5f, 0, 0, 0.5f, 0.3f}},                  /* mirrored */
-                {3, 3, {0.72f, -0.4f, 0, 0.1f, 0.96f, 0.3f, 0, -0.2f, 0, 0, 0.8f, 0.1f}},          /* uneven */
-                {0, 3, {0, 0.4f, 0, -1.2f, 0.4f, 0, 0, 0.9f, 0, 0, 0.4f, 0.6f}},                   /* axes swapped */
-                {1, 2, {0.3f, 0.1f, -0.2f, 0.9f, 0, 0.6f, 0.1f, 0.8f, 0.2f, -0.1f, -0.4f, -0.7f}}, /* all of it */
-                {2, 1, {0.01f, 0, 0, -0.3f, 0, 0.01f, 0, -1.3f, 0, 0, 0.01f, -0.4f}}}; /* as `extremes` says */
+} lays[LAYS] = {{0, 2, {0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0}}, /* turned */
+    {1, 1, {1, 0.3f, 0, 0, 0, 1, -0.2f, 0, 0.1f, 0, 1, 0}},                                 /* sheared */
+    {2, 3, {0.4f, 0, 0, 1.5f, 0, -0.7f, 0, -0.5f, 0, 0, 0.5f, 0.3f}},                       /* mirrored */
+    {3, 3, {0.72f, -0.4f, 0, 0.1f, 0.96f, 0.3f, 0, -0.2f, 0, 0, 0.8f, 0.1f}},               /* uneven */
+    {0, 3, {0, 0.4f, 0, -1.2f, 0.4f, 0, 0, 0.9f, 0, 0, 0.4f, 0.6f}},                        /* axes swapped */
+    {1, 2, {0.3f, 0.1f, -0.2f, 0.9f, 0, 0.6f, 0.1f, 0.8f, 0.2f, -0.1f, -0.4f, -0.7f}},      /* all of it */
+    {2, 1, {0.01f, 0, 0, -0.3f, 0, 0.01f, 0, -1.3f, 0, 0, 0.01f, -0.4f}}};                  /* as `extremes` says */
 
 /* Finds the transforms of an instance: as its lay says, and others of the same lay beside it, half as large. */
 static void place_model(const stage *g, uint32_t i, const float extreme[2], placement *p) {
@@ -374,10 +374,9 @@ static const struct style {
   const char *name;
   make_bundle *make;
   unsigned paper; /* one in so many calls goes the paper path, which is slow where rays diverge */
-} styles[STYLES] = {{"pinhole", pinhole, 1},         {"spread bundles", spread, 2},
-                    {"octants", octants, 2},         {"shadow rays", shadows, 2},
-                    {"two bundles", mixture, 4},     {"planes of boxes", planes, 2},
-                    {"silhouettes", silhouettes, 4}, {"chaos", chaos, 4}};
+} styles[STYLES] = {{"pinhole", pinhole, 1}, {"spread bundles", spread, 2}, {"octants", octants, 2},
+    {"shadow rays", shadows, 2}, {"two bundles", mixture, 4}, {"planes of boxes", planes, 2},
+    {"silhouettes", silhouettes, 4}, {"chaos", chaos, 4}};
 
 /* A packet has one time, a short shutter, or all times. */
 static void times_of(rng *r, float *times, size_t n) {
@@ -424,8 +423,7 @@ static size_t make_packet(const stage *g, const struct style *style, rng *r, pkt
 
 enum { FAST, PAPER, FAST_OCCLUSION, PAPER_OCCLUSION, REFERENCE, WHATS };
 static const char *const whats[WHATS] = {"hits lost on the fast path", "hits lost on the paper path",
-                                         "occlusion lost on the fast path", "occlusion lost on the paper path",
-                                         "single rays unlike the reference"};
+    "occlusion lost on the fast path", "occlusion lost on the paper path", "single rays unlike the reference"};
 
 typedef struct tally {
   uint64_t rays[WHATS], lost[WHATS], control_rays[WHATS], control[WHATS];
@@ -488,8 +486,8 @@ static size_t hits_lost(ask_hits *ask, const pktrt_scene *s, const pktrt_query_d
   return hits_unlike(b);
 }
 
-static size_t occlusion_lost(ask_occlusion *ask, const pktrt_scene *s, const pktrt_query_desc *q, bool apart,
-                             buffers *b) {
+static size_t occlusion_lost(
+    ask_occlusion *ask, const pktrt_scene *s, const pktrt_query_desc *q, bool apart, buffers *b) {
   for (size_t i = 0, at = 0; i < b->packets && apart; at = b->end[i++])
     ask(s, q, b->ray + at, b->occluded + at, b->end[i] - at);
   if (!apart) ask(s, q, b->ray, b->occluded, b->n);
@@ -503,7 +501,7 @@ static void count(tally *t, int what, const buffers *b, size_t lost) {
   if (!lost) return;
   CHECK(false, "%zu %s, the last of them ray %zu of %zu in %zu packets:", lost, whats[what], b->last, b->n, b->packets);
   CHECK(false, "  o %a %a %a  d %a %a %a", (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1],
-        (double)d[2]);
+      (double)d[2]);
   CHECK(false, "  [%a, %a]  time %a", (double)x->tmin, (double)x->tmax, (double)x->time);
 }
 
@@ -526,7 +524,7 @@ static void against_reference(const stage *g, buffers *b, tally *t) {
 
 /* A call of one path: hits, or occlusion. */
 static void by_path(const stage *g, const pktrt_scene *s, const pktrt_query_desc *q, bool occlusion, bool control,
-                    bool apart, buffers *b, tally *t) {
+    bool apart, buffers *b, tally *t) {
   const int what = (q->path == PKTRT_PATH_PAPER ? PAPER : FAST) + (occlusion ? FAST_OCCLUSION : 0);
   if (occlusion) count(t, what, b, occlusion_lost(pktrt_occluded_ex, s, q, apart, b));
   else count(t, what, b, hits_lost(pktrt_intersect_ex, s, q, apart, b));
@@ -643,7 +641,7 @@ static void control_is_fair(const culling_run *run_) {
       lost += run_->tallies[c][i].control[FAST];
     }
   CHECK(lost < rays / 10, "without slack %llu of %llu rays of pinholes are lost", (unsigned long long)lost,
-        (unsigned long long)rays);
+      (unsigned long long)rays);
 }
 
 static void culling_figures(const culling_run *run_) {

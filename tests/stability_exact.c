@@ -197,7 +197,7 @@ static void ask_winding(const pktrt_scene *s, const truth *is, verdicts *v) {
 }
 
 static void judge(const char *name, const oracle_soup *soup, const pktrt_scene *s, const truth *is,
-                  const pktrt_hit got[3], verdicts *v) {
+    const pktrt_hit got[3], verdicts *v) {
   const pktrt_ray *ray = &is->ray;
   pktrt_hit all[MOST];
   v->rays++;
@@ -205,8 +205,8 @@ static void judge(const char *name, const oracle_soup *soup, const pktrt_scene *
     const char *what = oracle_objection(soup, ray, &is->list, &got[k], got[k].mesh != PKTRT_NONE, 1);
     v->triangles += what != NULL;
     CHECK(!what, "%s: way %d: %s; o %a %a %a d %a %a %a time %a", name, k, what, (double)ray->origin[0],
-          (double)ray->origin[1], (double)ray->origin[2], (double)ray->direction[0], (double)ray->direction[1],
-          (double)ray->direction[2], (double)ray->time);
+        (double)ray->origin[1], (double)ray->origin[2], (double)ray->direction[0], (double)ray->direction[1],
+        (double)ray->direction[2], (double)ray->time);
   }
   const size_t n = pktrt_intersect_all(s, ray, all, MOST);
   size_t least, most;
@@ -233,7 +233,7 @@ static void judge_plain(const oracle_soup *soup, const world *w, const truth *is
 }
 
 static void ask_chunk(const hard *h, const oracle_soup *soup, const world *w, const pktrt_scene *s, const truth *is,
-                      size_t n, bool plain, verdicts *v) {
+    size_t n, bool plain, verdicts *v) {
   pktrt_ray rays[CHUNK];
   pktrt_hit many[CHUNK], paper[CHUNK];
   pktrt_query_desc q;
@@ -351,7 +351,7 @@ static void corners_beside_rays(void) {
     pktrt_scene_destroy(s);
   }
   CHECK(wrong == 0 && tried > 20 && crossed > 5 && crossed < tried, "%zu wrong of %zu, %zu crossed", wrong, tried,
-        crossed);
+      crossed);
   say("%zu rays pass a corner by less than a rounding: %zu cross its triangle, %zu wrong", tried, crossed, wrong);
 }
 
@@ -360,8 +360,8 @@ static void corners_beside_rays(void) {
 /* Globes of radius 1 or so, rounded to grids; where they lie floats round them too. */
 static const struct {
   float grid, offset;
-} globes[] = {{0x1p-12f, 0},   {0x1p-7f, 0},    {0x1p-5f, 0},    {0x1p-3f, 0},
-              {0x1p-9f, 1e3f}, {0x1p-7f, 1e5f}, {0x1p-10f, 1e6f}};
+} globes[] = {
+    {0x1p-12f, 0}, {0x1p-7f, 0}, {0x1p-5f, 0}, {0x1p-3f, 0}, {0x1p-9f, 1e3f}, {0x1p-7f, 1e5f}, {0x1p-10f, 1e6f}};
 
 enum { BUNDLE = 64, CALL = 4 * BUNDLE };
 typedef struct leaks { /* how many of how many */
@@ -439,8 +439,8 @@ static void closed_globe(void *arg, size_t i) {
   char name[64];
   memset(all, 0, sizeof all);
   ref_plant(&w);
-  snprintf(name, sizeof name, "globe %u, grid %g, offset %g", w.m[0].nt, (double)globes[g].grid,
-           (double)globes[g].offset);
+  snprintf(
+      name, sizeof name, "globe %u, grid %g, offset %g", w.m[0].nt, (double)globes[g].grid, (double)globes[g].offset);
   for (int k = 0; k < isa_count; k++) s[k] = world_scene(&w, isas[k], 0);
   rng r = rng_of(7000 + i);
   for (uint64_t call = 0; call * CALL < rays; call++) {

@@ -137,8 +137,8 @@ typedef struct odd_case {
 
 /* One to three fields of a good ray become what nobody expects. */
 static void spoil_ray(rng *r, pktrt_ray *x) {
-  static const float odd[] = {NAN,        INFINITY, -INFINITY, FLT_MAX,  -FLT_MAX,        0,      -0.0f, 0x1p-149f,
-                              -0x1p-149f, FLT_MIN,  1.3e30f,   -1.3e30f, PKTRT_MAX_COORD, 1e-30f, 1e20f};
+  static const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 0, -0.0f, 0x1p-149f, -0x1p-149f, FLT_MIN,
+      1.3e30f, -1.3e30f, PKTRT_MAX_COORD, 1e-30f, 1e20f};
   float f[9];
   memcpy(f, x, sizeof f);
   for (uint32_t i = 1 + rng_below(r, 3); i > 0; i--) f[rng_below(r, 9)] = odd[rng_below(r, COUNT(odd))];
@@ -154,7 +154,7 @@ static uint64_t unlike(const pktrt_hit *a, const pktrt_hit *b, size_t n) {
 
 /* Answers of one instruction set: alone or together, some on the paper path; or only whether there is one. */
 static void ask(const pktrt_scene *s, size_t way, const pktrt_ray *rays, const pktrt_hit *want, size_t n, uint64_t *hit,
-                uint64_t *differ) {
+    uint64_t *differ) {
   static const uint32_t sizes[4] = {0, 1, 17, 256};
   pktrt_hit got[BATCH];
   bool occluded[BATCH];
@@ -272,8 +272,8 @@ static void crowded(void) {
   uint64_t control = 0;
   for (size_t i = 0; i < COUNT(want); i++)
     c.wrong += !same_bits(&want[i], &got[i], 4), control += !same_bits(&want[i], &other[i], 4);
-  count_figure("hostile", "threads", PKTRT_ISA_AUTO, COUNT(want) + PARTS * BATCH, "values that differ among threads",
-               c.wrong);
+  count_figure(
+      "hostile", "threads", PKTRT_ISA_AUTO, COUNT(want) + PARTS * BATCH, "values that differ among threads", c.wrong);
   control_figure("hostile", "threads", "values that differ among threads", "another seed", COUNT(want), control);
   pktrt_scene_destroy(s);
   world_free(&w);

@@ -1,6 +1,6 @@
 /* Lights behind glass: each counted once. What pktrt_render says of a spot of floor, by kind of light, what lies between,
    surface and shadows of glass, stands beside a path tracer in double precision that looks at every triangle. It follows
-   the rule of >>light in pktrt.h and shares nothing with the renderer but the closed forms of Fresnel. */
+   the rule of examples/manual.md, "Lights", and shares nothing with the renderer but the closed forms of Fresnel. */
 #include "pictures.h"
 #include "stability.h"
 
@@ -22,25 +22,17 @@ typedef enum between {
 typedef enum surface { LOBE, IDEAL, COAT, METAL, SURFACES } surface;
 
 static const char *const part = "lamps";
-static const char *const between_name[BETWEENS] = {"nothing",
-                                                   "a pane",
-                                                   "two panes",
-                                                   "a ball",
-                                                   "a cutout",
-                                                   "a cutout and a pane",
-                                                   "a mirror behind a pane",
-                                                   "a pane that reflects",
-                                                   "a thin sheet",
-                                                   "a thin sheet in a pane"};
+static const char *const between_name[BETWEENS] = {"nothing", "a pane", "two panes", "a ball", "a cutout",
+    "a cutout and a pane", "a mirror behind a pane", "a pane that reflects", "a thin sheet", "a thin sheet in a pane"};
 static const char *const surface_name[SURFACES] = {"lobe", "mirror", "coat", "metal"};
 static const struct {
   const char *name;
   pktrt_light_kind kind;
   bool visible;
-} lamps[] = {{"point", PKTRT_LIGHT_POINT, false},   {"directional", PKTRT_LIGHT_DIRECTIONAL, false},
-             {"quad", PKTRT_LIGHT_QUAD, false},     {"visible quad", PKTRT_LIGHT_QUAD, true},
-             {"sphere", PKTRT_LIGHT_SPHERE, false}, {"visible sphere", PKTRT_LIGHT_SPHERE, true},
-             {"mesh", PKTRT_LIGHT_MESH, false},     {"environment", PKTRT_LIGHT_ENVIRONMENT, false}};
+} lamps[] = {{"point", PKTRT_LIGHT_POINT, false}, {"directional", PKTRT_LIGHT_DIRECTIONAL, false},
+    {"quad", PKTRT_LIGHT_QUAD, false}, {"visible quad", PKTRT_LIGHT_QUAD, true}, {"sphere", PKTRT_LIGHT_SPHERE, false},
+    {"visible sphere", PKTRT_LIGHT_SPHERE, true}, {"mesh", PKTRT_LIGHT_MESH, false},
+    {"environment", PKTRT_LIGHT_ENVIRONMENT, false}};
 
 static const double glass_ior = 1.5;
 static const double absorption[3] = {0.3, 0.8, 1.6};
@@ -501,8 +493,8 @@ static void compare(size_t lamp, between b, surface kind, bool passes, size_t pa
     const estimate got = stage_estimate(s, &d, BATCHES);
     const bool beyond = differ(&got, &want.right);
     CHECK(!beyond, "%s, %s between, %s, shadows %s, %s: %.5f +- %.5f, not %.5f +- %.5f", lamps[lamp].name,
-          between_name[b], surface_name[kind], passes ? "pass" : "block", choices[choice], got.mean[0], got.error[0],
-          want.right.mean[0], want.right.error[0]);
+        between_name[b], surface_name[kind], passes ? "pass" : "block", choices[choice], got.mean[0], got.error[0],
+        want.right.mean[0], want.right.error[0]);
     sums->compared++, sums->beyond += beyond;
     sums->twice += differ(&got, &want.twice), sums->never += differ(&got, &want.never);
   }
@@ -525,8 +517,8 @@ static void lamp_job(void *arg, size_t lamp) {
   count_figure(part, lamps[lamp].name, PKTRT_ISA_AUTO, sums.compared, wrong, sums.beyond);
   if (!lamps[lamp].visible) return;
   control_figure(part, lamps[lamp].name, wrong, "lobes see lights that they have asked", sums.compared, sums.twice);
-  control_figure(part, lamps[lamp].name, wrong, "and never do, with shadows that glass stops", sums.compared,
-                 sums.never);
+  control_figure(
+      part, lamps[lamp].name, wrong, "and never do, with shadows that glass stops", sums.compared, sums.never);
 }
 
 static void lights_behind_glass(void) { jobs_for(COUNT(lamps), lamp_job, NULL); }
@@ -567,7 +559,7 @@ static void lamps_without_chance(void) {
     const uint64_t more = values_apart(hidden, seen);
     say("shadows %s: %llu values differ", passes ? "pass" : "block", (unsigned long long)more);
     CHECK(passes ? more == 0 : more > 0, "shadows %s: %llu values differ", passes ? "pass" : "block",
-          (unsigned long long)more);
+        (unsigned long long)more);
 
     render_below_pane(false, passes, true, PKTRT_ASSEMBLY_RAY_TYPES, hidden);
     render_below_pane(true, passes, true, PKTRT_ASSEMBLY_RAY_TYPES, seen);
@@ -575,7 +567,7 @@ static void lamps_without_chance(void) {
     for (int assembly = 0; assembly <= PKTRT_ASSEMBLY_NONE; assembly++) {
       render_below_pane(true, passes, true, (pktrt_assembly)assembly, other);
       CHECK(values_apart(seen, other) == 0, "shadows %s, assembly %d: %llu values differ", passes ? "pass" : "block",
-            assembly, (unsigned long long)values_apart(seen, other));
+          assembly, (unsigned long long)values_apart(seen, other));
     }
   }
 }

@@ -16,8 +16,7 @@ enum { LEFT, BODY, LEAKS, SHADOWS, WHATS };
 
 static const char *const kind_names[KINDS] = {"convex", "loose triangles", "gaps and creases", "shadows in rooms"};
 static const char *const whats[WHATS] = {"hits of the triangle left", "hits of the convex mesh left",
-                                         "leaks beyond the offset of another surface",
-                                         "false shadows beyond the offset"};
+    "leaks beyond the offset of another surface", "false shadows beyond the offset"};
 static const char *const controls[WHATS] = {"no offset", "no offset", "moved too far", "no offset"};
 static const float offsets[OFFSETS] = {0, 1, 1e3f, 1e5f}; /* in sizes */
 /* Powers of two keep multiples of 1/64 exact, up to 10^5 sizes away. */
@@ -273,7 +272,7 @@ static double along_normal(const point *x, const float d[3]) {
   return along;
 }
 
-/* Twice the formula of "Leaving a surface" in pktrt.h, and what doubles do not know of the plane. */
+/* Twice the formula of "Leaving a surface" in examples/manual.md, and what doubles do not know of the plane. */
 static bool gap_is_documented(const point *x, const float o[3]) {
   double p[3][3], n[3], d[3], edge[2] = {0, 0}, most = 0, rounding = 0, sum = 0;
   memcpy(p, x->corner, sizeof p);
@@ -330,7 +329,7 @@ static void leave(const place *g, const point *x, const float d[3], size_t i) {
   for (int k = 0; k < 3; k++) {
     b->plain[i].origin[k] = (float)x->at[k], b->moved[i].origin[k] = (float)(x->at[k] + by * n[k]);
     CHECK(near_edge || fabs((double)b->ray[i].origin[k] - x->at[k]) <= 34. / 24 * g->lift,
-          "moved by more than the offset");
+        "moved by more than the offset");
   }
   CHECK(gap_is_documented(x, b->ray[i].origin), "moved farther off the plane than documented");
   b->away[i] = -1;
@@ -565,8 +564,8 @@ static void secondary_figures(const secondary_run *run_) {
     }
     const uint64_t tried = run_->of[c][isa_count - 1].rays[LEAKS];
     if (!tried && !run_->leaks[c]) continue;
-    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "rays farther from another surface", (double)tried,
-                 INFINITY);
+    value_figure(
+        "secondary", name, PKTRT_ISA_AUTO, tried, "rays farther from another surface", (double)tried, INFINITY);
     value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "leaks nearer than that", (double)run_->leaks[c], INFINITY);
     value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "farthest leak in offsets", run_->farthest[c], INFINITY);
   }

@@ -140,7 +140,7 @@ typedef struct furnace_sums { /* over a case */
 } furnace_sums;
 
 static void judge(furnace_sums *sums, const furnace *f, double cosine, double share, size_t samples, const double *mean,
-                  const double *error) {
+    const double *error) {
   for (int k = 0; k < (f->look.specular == PKTRT_SPECULAR_CONDUCTOR ? 3 : 1); k++) {
     double chance;
     const double want = furnace_albedo(f, cosine, share, k, &chance), off = fabs(mean[k] - want);
@@ -208,7 +208,7 @@ static void furnace_job(void *arg, size_t i) {
   control_figure(part, f->name, "furnaces beyond 4 standard errors", "albedo less by 1%", sums.compared, sums.control);
   /* what has an edge errs as the number of stratified samples to the power of 3/4 */
   value_figure(part, f->name, PKTRT_ISA_AUTO, t.rays, "largest standard error", sums.error,
-               1e-3 * pow(fmin(thoroughness, 1), -0.75));
+      1e-3 * pow(fmin(thoroughness, 1), -0.75));
   value_figure(part, f->name, PKTRT_ISA_AUTO, t.rays, "largest error in standard errors", sums.deviation, 4);
 }
 
@@ -247,8 +247,8 @@ static size_t smooth_furnaces(furnace *f) {
 static size_t lobed_furnaces(furnace *f) {
   static const float exponents[5] = {0, 1, 10, 1e3f, 1e6f};
   static const char *const names[4] = {"lobe of a mirror", "lobe of a mirror, naive", "lobe of a coat", "lobe of gold"};
-  static const pktrt_specular kinds[4] = {PKTRT_SPECULAR_MIRROR, PKTRT_SPECULAR_MIRROR, PKTRT_SPECULAR_COAT,
-                                          PKTRT_SPECULAR_CONDUCTOR};
+  static const pktrt_specular kinds[4] = {
+      PKTRT_SPECULAR_MIRROR, PKTRT_SPECULAR_MIRROR, PKTRT_SPECULAR_COAT, PKTRT_SPECULAR_CONDUCTOR};
   for (size_t i = 0; i < 20; i++) {
     f[i] = furnace_of(names[i / 5], i / 5 == 2 ? 0.5 : 0, kinds[i / 5], i / 5 < 2);
     f[i].look.lobe = PKTRT_LOBE_PHONG, f[i].look.exponent = exponents[i % 5];
@@ -296,13 +296,13 @@ typedef struct ball {
   uint32_t depth;
 } ball;
 static const ball balls[] = {{"sphere: diffuse and coated", 0.7, PKTRT_SPECULAR_NONE, 0, PKTRT_MODE_DRT, 50},
-                             {"sphere: diffuse and coated", 1, PKTRT_SPECULAR_COAT, 0, PKTRT_MODE_DRT, 50},
-                             {"sphere: mirror", 0, PKTRT_SPECULAR_MIRROR, 1, PKTRT_MODE_DRT, 50},
-                             {"sphere: mirror", 0, PKTRT_SPECULAR_MIRROR, 1, PKTRT_MODE_WRT, 50},
-                             {"sphere: glass, DRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_DRT, 50},
-                             {"sphere: glass, DRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_DRT, 3},
-                             {"sphere: glass, WRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_WRT, 50},
-                             {"sphere: glass, WRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_WRT, 3}};
+    {"sphere: diffuse and coated", 1, PKTRT_SPECULAR_COAT, 0, PKTRT_MODE_DRT, 50},
+    {"sphere: mirror", 0, PKTRT_SPECULAR_MIRROR, 1, PKTRT_MODE_DRT, 50},
+    {"sphere: mirror", 0, PKTRT_SPECULAR_MIRROR, 1, PKTRT_MODE_WRT, 50},
+    {"sphere: glass, DRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_DRT, 50},
+    {"sphere: glass, DRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_DRT, 3},
+    {"sphere: glass, WRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_WRT, 50},
+    {"sphere: glass, WRT", 0, PKTRT_SPECULAR_DIELECTRIC, 0, PKTRT_MODE_WRT, 3}};
 
 static void ball_build(pktrt_scene *s, const void *what) {
   const ball *b = what;
@@ -678,7 +678,7 @@ static void box_job(void *arg, size_t i) {
   count_figure(part, name, PKTRT_ISA_AUTO, sums.checked, "mirror boxes off their geometric series", sums.beyond);
   control_figure(part, name, "mirror boxes off their geometric series", "depth 49", sums.checked, sums.control);
   CHECK(sums.near < sums.checked / 10, "%llu of %llu near edges", (unsigned long long)sums.near,
-        (unsigned long long)sums.checked);
+      (unsigned long long)sums.checked);
   stages_close(&s);
   free(d.pixels), free(other);
 }
@@ -891,8 +891,8 @@ static pktrt_render_desc still_view(pktrt_mode mode, size_t samples, double time
 
 /* A DRT picture against another one of the same size and a control. */
 static void compare_stills(const char *name, const char *what, const char *control, const stages *s,
-                           const pktrt_render_desc *d, pktrt_scene *want_of, const pktrt_render_desc *want,
-                           const pktrt_render_desc *aside, tally *t) {
+    const pktrt_render_desc *d, pktrt_scene *want_of, const pktrt_render_desc *want, const pktrt_render_desc *aside,
+    tally *t) {
   const size_t n = values_of(d);
   render_all(s, d, aside->pixels, t);
   stage_render(want_of, want);

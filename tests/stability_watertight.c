@@ -393,8 +393,8 @@ static void ask(const pktrt_scene *s, uint64_t chunk, const pktrt_ray *rays, boo
 static void tell_leak(const closed *c, pktrt_isa isa, uint64_t chunk, const pktrt_ray *r) {
   const float *o = r->origin, *d = r->direction;
   CHECK(false, "leak: %s, %s, chunk %llu, o %a %a %a, d %a %a %a, time %a", c->name, pktrt_isa_string(isa),
-        (unsigned long long)chunk, (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2],
-        (double)r->time);
+      (unsigned long long)chunk, (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2],
+      (double)r->time);
 }
 
 static uint64_t leaks_of(const closed *c, pktrt_isa isa, pktrt_stats *stats) {
@@ -659,7 +659,7 @@ static uint64_t wrong_of_chunk(const hull *h, const pktrt_scene *s, uint64_t chu
     if (kind == AT_EDGE) sum++;
     else ++*lines;
     CHECK(false, "%s, ray %llu, kind %d: %d in, %d out", h->f->name, (unsigned long long)(chunk * CHUNK + j), (int)kind,
-          c[j].in, c[j].out);
+        c[j].in, c[j].out);
   }
   return sum;
 }

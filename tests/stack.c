@@ -8,17 +8,9 @@
 #include <pthread.h>
 
 enum { STACK = 1 << 20, QUERIES = 7, WAYS = 11, SCENES = 4 };
-static const char *const way_name[WAYS] = {"single rays",
-                                           "fast path",
-                                           "fast path, counted",
-                                           "paper path",
-                                           "paper path, counted",
-                                           "single path",
-                                           "arrays of coordinates",
-                                           "build",
-                                           "render",
-                                           "render, paper path",
-                                           "render, single path"};
+static const char *const way_name[WAYS] = {"single rays", "fast path", "fast path, counted", "paper path",
+    "paper path, counted", "single path", "arrays of coordinates", "build", "render", "render, paper path",
+    "render, single path"};
 
 /* What queries look at: meshes alone; with instances, of a model at rest and a moving one, at rest and moving; in so many
    groups that a tree lies above them; instances and groups. Bit 0: instances, bit 1: groups. */
@@ -118,8 +110,8 @@ static pktrt_mesh_desc described(const shape *m) {
 
 /* Adds what the scene has besides meshes. */
 static void add_more(int scene) {
-  static const float keys[24] = {1, 0, 0.5f, 1, 0.25f, 1, 0, 0, 0, 0, -1, 0,
-                                 1, 0, 0.5f, 2, 0.25f, 1, 0, 0, 0, 0, -1, 0};
+  static const float keys[24] = {
+      1, 0, 0.5f, 1, 0.25f, 1, 0, 0, 0, 0, -1, 0, 1, 0, 0.5f, 2, 0.25f, 1, 0, 0, 0, 0, -1, 0};
   uint32_t model;
 
   for (uint32_t i = 0; i < 2 && (scene & 1); i++) {
@@ -153,8 +145,8 @@ static void look_around(pktrt_isa isa) {
 
 /* Returns what a way takes at most. */
 static size_t look_at(int way, int scene, size_t none) {
-  static void (*const what[WAYS])(void) = {ask_single, ask_many, ask_many, ask_many, ask_many, ask_many,
-                                           ask_soa,    build,    render,   render,   render};
+  static void (*const what[WAYS])(void) = {
+      ask_single, ask_many, ask_many, ask_many, ask_many, ask_many, ask_soa, build, render, render, render};
   const size_t used = painted(way, what[way]);
   printf("%s, %s%s: %lu bytes of stack\n", isa_now, way_name[way], scene_name[scene], (unsigned long)used);
   if (used <= none) complain("the probe sees nothing: ", way_name[way]);

@@ -234,12 +234,12 @@ static void surfaces_are_what_was_hit(void) {
   }
   CHECK(e.wrong == 0, "%zu of %zu are wrong", e.wrong, e.hits);
   CHECK(e.position < 0x1p-22 && e.normal < 1e-6 && e.shading < 1e-5 && e.texcoord < 0x1p-21,
-        "positions are off by %g, normals %g, shading normals %g, texcoords %g", e.position, e.normal, e.shading,
-        e.texcoord);
+      "positions are off by %g, normals %g, shading normals %g, texcoords %g", e.position, e.normal, e.shading,
+      e.texcoord);
   CHECK(e.hits > 1000 && e.of_instances > e.hits / 5 && e.inside > e.hits / 20 && e.mirrored > e.hits / 50,
-        "%zu hits, %zu of instances, %zu mirrored, %zu inside", e.hits, e.of_instances, e.mirrored, e.inside);
+      "%zu hits, %zu of instances, %zu mirrored, %zu inside", e.hits, e.of_instances, e.mirrored, e.inside);
   CHECK(e.position_control > e.hits / 4 && e.shading_control > e.hits / 4 && e.texcoord_control > e.hits / 4,
-        "controls: %zu %zu %zu", e.position_control, e.shading_control, e.texcoord_control);
+      "controls: %zu %zu %zu", e.position_control, e.shading_control, e.texcoord_control);
   say("%zu hits, %zu of instances: %zu wrong; positions within 2^%.1f of the largest coordinate, normals %.1e, shading "
       "normals %.1e, texcoords %.1e",
       e.hits, e.of_instances, e.wrong, log2(e.position), e.normal, e.shading, e.texcoord);
@@ -342,7 +342,7 @@ static void surfaces_follow_what_has_changed(void) {
     CHECK(pktrt_set_transform(x.s, 0, 0, x.transform[0]) == PKTRT_OK);
   }
   CHECK(e.wrong == 0 && e.hits == 3 && e.position < 0x1p-22 && e.shading < 1e-5, "%zu wrong, positions %g, normals %g",
-        e.wrong, e.position, e.shading);
+      e.wrong, e.position, e.shading);
   dressed_close(&x);
 }
 
@@ -390,8 +390,8 @@ static bool meets(const pktrt_scene *s, const pktrt_ray *ray, uint32_t index, ui
 
 /* Where the origin should be: beside that point on the side that the direction leads to, no farther than 2^-22 of it; near
    an edge, from which it moves away, no farther than 2^-22 of it from the plane, and not outside by more. What a needle's plane is doubles do not tell, nor is that of an instance quite what it is without. */
-static void check_origin(long double p[3][3], const float uv[2], const pktrt_ray *out, long double largest, bool placed,
-                         leaving *l) {
+static void check_origin(
+    long double p[3][3], const float uv[2], const pktrt_ray *out, long double largest, bool placed, leaving *l) {
   long double n[3], nn = 0, ee[2] = {0, 0}, up = 0, sum = 0, along = 0, size = 0, off = 0;
   cross_of_edges(p, n);
   for (int a = 0; a < 3; a++) {
@@ -422,8 +422,8 @@ static void check_origin(long double p[3][3], const float uv[2], const pktrt_ray
 }
 
 /* Rays from points of a triangle of a scene, whose corners at the time are given. */
-static void leave_triangle(const pktrt_scene *s, const pktrt_hit *of, float time, long double p[3][3], bool placed,
-                           rng *r, leaving *l) {
+static void leave_triangle(
+    const pktrt_scene *s, const pktrt_hit *of, float time, long double p[3][3], bool placed, rng *r, leaving *l) {
   long double n[3], nn = 0;
   cross_of_edges(p, n);
   for (int a = 0; a < 3; a++) nn += fabsl(n[a]);
@@ -492,8 +492,8 @@ static void rays_leave_points_of_dressed_meshes(void) {
 
 static void rays_leave_points_of_extreme_meshes(void) {
   static const float scales[4] = {1e-30f, 1e-8f, 1, 1e28f};
-  static const char *const names[6] = {"needles, 1e-30", "needles, 1e-8", "needles",
-                                       "needles, 1e28",  "far off",       "huge beside tiny"};
+  static const char *const names[6] = {
+      "needles, 1e-30", "needles, 1e-8", "needles", "needles, 1e28", "far off", "huge beside tiny"};
   for (int k = 0; k < 6; k++) {
     leaving l;
     memset(&l, 0, sizeof l);
@@ -559,7 +559,7 @@ static void leaving_a_hit_or_its_point_is_the_same(void) {
   }
   CHECK(single == 0, "%zu of many are not as one by one", single);
   CHECK(apart == 0 && compared > N / 8 && bare > compared / 4, "%zu of %zu are apart, control %zu", apart, compared,
-        bare);
+      bare);
   say("%zu origins, the farthest apart %.2f of what u and v allow; %zu are farther; control: origin + t direction is "
       "another in %zu",
       compared, worst, apart, bare);
@@ -644,7 +644,7 @@ static void checkered_picture(checker *c, int mode, float *pixels) {
   const pktrt_instance_desc at = {0, 1, aside, 0, PKTRT_INTERPOLATION_LINEAR};
   CHECK(!pktrt_add_mesh(s, &d, NULL) && !pktrt_add_mesh(s, &none, NULL) && !pktrt_add_model(s, &d, 1, NULL) &&
             !pktrt_add_instance(s, &at, NULL),
-        "%s", pktrt_last_error(s));
+      "%s", pktrt_last_error(s));
   pktrt_light point = light_of(PKTRT_LIGHT_POINT, 60);
   point.position[0] = 3, point.position[1] = 5, point.position[2] = 4;
   stage_light(s, &point), stage_commit(s);
@@ -717,7 +717,7 @@ static void add_fence(pktrt_scene *s, int cut, uint32_t material, float z, uint3
   pktrt_mesh_desc d = mesh_desc(&m);
   d.material = material;
   CHECK(!(placed ? pktrt_add_model(s, &d, 1, NULL) || pktrt_add_instance(s, &at, NULL) : pktrt_add_mesh(s, &d, NULL)),
-        "%s", pktrt_last_error(s));
+      "%s", pktrt_last_error(s));
   mesh_free(&m);
 }
 
@@ -795,8 +795,7 @@ static void cutouts_are_as_if_really_cut(void) {
       for (int v = 0; v < VIEWS; v++, pictures++) {
         fence_picture(s, v, (uint32_t)(7 * k + 3 * look + 5 * v), &got);
         wrong += !CHECK(same_bits(&got, &want[v], sizeof got),
-                        "look %d, view %d, %s: cut by its texture it is another picture", look, v,
-                        pktrt_isa_string(isas[k]));
+            "look %d, view %d, %s: cut by its texture it is another picture", look, v, pktrt_isa_string(isas[k]));
       }
       for (int i = 0; i < 20; i++) {
         const pktrt_ray ray = ray_of(0.1f * (float)i - 1.03f, 0.2f, 3, 0, 0, -1);

@@ -18,7 +18,7 @@ static void add_event(void *user, const pktrt_event *e) {
 }
 
 static pktrt_counts by_steps(const pktrt_scene *s, uint32_t steps, uint32_t size, const pktrt_ray *ray, pktrt_hit *hit,
-                             bool *occluded, uint64_t told[7]) {
+    bool *occluded, uint64_t told[7]) {
   static pktrt_stats stats;
   pktrt_query_desc q;
   memset(&q, 0, sizeof q), memset(&stats, 0, sizeof stats), memset(told, 0, 7 * sizeof *told);
@@ -50,7 +50,7 @@ static void steps_change_no_answer(void) {
         pktrt_counts c = by_steps(s, mask, size, ray, hit, NULL, told);
         CHECK(memcmp(hit, want, sizeof hit) == 0, "steps %x", mask);
         CHECK(told[1] == c.box_tests, "events tell of every box that was tested: %llu of %llu",
-              (unsigned long long)told[1], (unsigned long long)c.box_tests);
+            (unsigned long long)told[1], (unsigned long long)c.box_tests);
         const uint32_t all = mask ? mask : 63;
         CHECK(all & PKTRT_PAPER_STEP_TRIM || told[2] == 0), CHECK(all & PKTRT_PAPER_STEP_FRUSTUM || told[4] == 0);
         CHECK(all & PKTRT_PAPER_STEP_INTERVALS || told[5] == 0);
@@ -137,9 +137,10 @@ static bool walk(const world *w, const pktrt_scene *s, const pktrt_ray *ray, dou
           one.m[0].p = corner, one.m[0].i = index, one.m[0].nv = 3, one.m[0].nt = one.m[0].keys = 1, one.n = 1;
           if (!ref_intersect(&one, ray, &one_hit)) continue;
           one_hit.mesh = n.mesh[k][i], one_hit.triangle = n.triangle[k][i];
-          const bool first = !any || one_hit.t < hit->t ||
-                             (one_hit.t == hit->t && (one_hit.mesh < hit->mesh ||
-                                                      (one_hit.mesh == hit->mesh && one_hit.triangle < hit->triangle)));
+          const bool first =
+              !any || one_hit.t < hit->t ||
+              (one_hit.t == hit->t &&
+                  (one_hit.mesh < hit->mesh || (one_hit.mesh == hit->mesh && one_hit.triangle < hit->triangle)));
           if (first) *hit = one_hit, any = true;
         }
       }
@@ -171,7 +172,7 @@ static void walks_find_hits(void) {
   }
   CHECK(wrong == 0, "%llu of %llu", (unsigned long long)wrong, (unsigned long long)hits);
   CHECK(hits > 500 && lost > 20, "%llu hits, %llu lost with boxes too small", (unsigned long long)hits,
-        (unsigned long long)lost);
+      (unsigned long long)lost);
 }
 
 /* Every triangle lies in one lane, in the boxes above it, and what there is not is told. */
@@ -210,7 +211,7 @@ static void trees_are_whole(void) {
   }
   for (uint32_t i = 0; i < w.n; i++) of += w.m[i].nt;
   CHECK(triangles > of * 9 / 10 && triangles <= of && trees == 4, "%llu of %llu triangles in %u trees",
-        (unsigned long long)triangles, (unsigned long long)of, trees);
+      (unsigned long long)triangles, (unsigned long long)of, trees);
   CHECK(!pktrt_get_node(s, trees, 0, 0, &n) && !pktrt_get_tree(s, PKTRT_NONE, &t) && t.nodes == 0);
   pktrt_scene_destroy(s);
   world_free(&w);
@@ -218,7 +219,7 @@ static void trees_are_whole(void) {
 
 /* Asks for so many rays of a camera on the paper path, whose events go to `note`. */
 static void trace_rays(const world *w, const pktrt_scene *s, uint32_t packet_size, size_t n,
-                       void (*note)(void *, const pktrt_event *), void *user) {
+    void (*note)(void *, const pktrt_event *), void *user) {
   static pktrt_ray ray[RAYS];
   static pktrt_hit hit[RAYS];
   pktrt_query_desc q;
@@ -262,7 +263,7 @@ static void models_are_shown(void) {
   uint64_t told[4] = {0};
   trace_rays(&w, s, 0, RAYS, note_tree, told);
   CHECK(told[0] > 100 && told[1] == 0 && told[2] > 100 && told[3] == 0, "%llu, %llu, %llu events",
-        (unsigned long long)told[0], (unsigned long long)told[1], (unsigned long long)told[2]);
+      (unsigned long long)told[0], (unsigned long long)told[1], (unsigned long long)told[2]);
   pktrt_scene_destroy(s);
   mesh_free(&ball), world_free(&w);
 }
@@ -368,12 +369,12 @@ static void renders_can_be_watched(void) {
           double all = 0;
           for (int i = 0; i < EDGE * EDGE; i++) all += 2 * (double)cost[of][i];
           CHECK(fabs(all - (double)sum[of]) <= 1e-5 * (double)sum[of], "cost %d: %g of %llu", of, all,
-                (unsigned long long)sum[of]);
+              (unsigned long long)sum[of]);
         }
         const bool apart = assembly != PKTRT_ASSEMBLY_BLIND; /* which tells shadow rays among the others */
         CHECK((l.heading[0] > EDGE) == apart && l.heading[0] == l.heading[1] && l.heading[2] == 0,
-              "%llu, %llu and %llu", (unsigned long long)l.heading[0], (unsigned long long)l.heading[1],
-              (unsigned long long)l.heading[2]);
+            "%llu, %llu and %llu", (unsigned long long)l.heading[0], (unsigned long long)l.heading[1],
+            (unsigned long long)l.heading[2]);
         CHECK(l.off == 0 && l.rays > 3 * 2 * EDGE * EDGE, "%llu faults", (unsigned long long)l.off);
         for (int i = 0; i < EDGE * EDGE; i++) CHECK(l.samples[i / EDGE][i % EDGE] == 3, "every sample is told");
         if (path != PKTRT_PATH_PAPER) CHECK(l.events == 0);
@@ -444,9 +445,9 @@ static void packets_name_their_parents(void) {
     uint64_t children = 0;
     for (int i = 0; i < PKTRT_RAY_TYPE_COUNT; i++) children += f.children[i];
     CHECK(f.beyond == 0 && f.strangers == 0, "assembly %d: of %llu rays %llu name none, %llu others'", assembly,
-          (unsigned long long)children, (unsigned long long)f.beyond, (unsigned long long)f.strangers);
+        (unsigned long long)children, (unsigned long long)f.beyond, (unsigned long long)f.strangers);
     CHECK(children > 10000 && f.later > children / 2 && f.by_first > children / 2, "%llu rays",
-          (unsigned long long)children);
+        (unsigned long long)children);
   }
   pktrt_scene_destroy(s);
   free(pixels);
@@ -530,7 +531,7 @@ static void samplers_of_ones_own(void) {
     d.user = &number, d.pixels = i ? got : want;
     stage_render(s, &d);
     CHECK(!i || memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) == 0, "%g is as the last number below 1",
-          (double)number);
+        (double)number);
   }
   d.custom_sampler = NULL;
   CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "custom_sampler is NULL"));
@@ -573,7 +574,7 @@ static void packets_are_numbered_on(void) {
   uint32_t told = 0;
   for (uint32_t i = 0; i < NUMBERED; i++) told += events[i] > 0;
   CHECK(told == NUMBERED && events[NUMBERED] == 0, "%u of %u numbers are told, %u events have others", (unsigned)told,
-        (unsigned)NUMBERED, (unsigned)events[NUMBERED]);
+      (unsigned)NUMBERED, (unsigned)events[NUMBERED]);
   pktrt_scene_destroy(s);
   world_free(&w);
 }
@@ -610,7 +611,7 @@ static void models_of_several_trees(void) {
         const uint32_t mesh_index = n.mesh[j / 8][j % 8];
         if (mesh_index == PKTRT_NONE) continue;
         CHECK(mesh_index == (t.keys == 2) && n.triangle[j / 8][j % 8] < triangles[i], "tree %u: mesh %u, triangle %u",
-              (unsigned)i, (unsigned)mesh_index, (unsigned)n.triangle[j / 8][j % 8]);
+            (unsigned)i, (unsigned)mesh_index, (unsigned)n.triangle[j / 8][j % 8]);
         found++;
       }
     }
@@ -621,7 +622,7 @@ static void models_of_several_trees(void) {
   uint64_t told[3] = {0};
   trace_rays(&w, s, 0, RAYS, note_tree_of_last, told);
   CHECK(told[0] > 100 && told[1] > 100 && told[2] == 0, "%llu events in the instance, %llu in another tree",
-        (unsigned long long)told[1], (unsigned long long)told[2]);
+      (unsigned long long)told[1], (unsigned long long)told[2]);
   pktrt_scene_destroy(s);
   mesh_free(&ball), mesh_free(&moving), mesh_free(&box), world_free(&w);
 }

@@ -48,9 +48,9 @@ bool check_at(bool ok, const char *file, int line, const char *what, ...) /* pri
     __attribute__((format(printf, 4, 5)))
 #endif
     ;
-#define CHECK(...) /* CHECK(ok) or CHECK(ok, format, ...) */                                                      \
+#define CHECK(...) /* CHECK(ok) or CHECK(ok, format, ...) */ \
   CHECK_PICK(__VA_ARGS__, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, \
-             CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_BARE, 0)                                                      \
+      CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_BARE, 0) \
   (__VA_ARGS__)
 #define CHECK_PICK(a, b, c, d, e, f, g, h, i, j, k, l, name, ...) name
 #define CHECK_BARE(ok) check_at((ok), __FILE__, __LINE__, "%s", #ok)
@@ -136,6 +136,6 @@ void suite_identity(void), suite_truth(void), suite_watertight(void), suite_rend
     suite_stability(void), suite_guards(void), suite_pairs(void), suite_settings(void), suite_mirrored(void),
     suite_flush(void), suite_extremes(void), suite_variance(void), suite_changes(void), suite_cover(void),
     suite_everyday(void), suite_cameras(void), suite_bent(void), suite_rigid(void), suite_pool(void),
-    suite_closest(void), suite_thin(void);
+    suite_closest(void), suite_thin(void), suite_manual(void);
 
 #endif

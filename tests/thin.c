@@ -69,7 +69,7 @@ static void sheets_in_closed_form(void) {
       const double straight = passed * share * (from_below ? above : below)[a];
       const double want = mirrored + straight + passed * (1 - share) * 0.25;
       CHECK(fabs((double)pixel[a] - want) < 2e-4 * want, "case %zu, channel %d: %g, not %g", i, a, (double)pixel[a],
-            want);
+          want);
       compared++;
     }
     pktrt_scene_destroy(s);
@@ -133,7 +133,7 @@ static void sheets_by_chance(void) {
     const double mirrored = reflects * above[0] * (i / 2 % 2 ? 0.75 : 1);
     const double want = mirrored + passed * share * below[0] + passed * (1 - share) * 0.25;
     CHECK(fabs(e.mean[0] - want) < 4 * e.error[0] + 1e-4 * want, "case %d: %g +- %g, not %g", i, e.mean[0], e.error[0],
-          want);
+        want);
     pktrt_scene_destroy(s);
   }
 }
@@ -263,8 +263,8 @@ static void sheets_that_are_not_there(void) {
       const estimate e = stage_estimate(without, &d, 10), f = stage_estimate(with, &d, 10);
       for (int a = 0; a < 3; a++) {
         const double error = sqrt(e.error[a] * e.error[a] + f.error[a] * f.error[a]);
-        CHECK(fabs(e.mean[a] - f.mean[a]) < 4 * error + 1e-5, "case %d: %g and %g +- %g", i, e.mean[a], f.mean[a],
-              error);
+        CHECK(
+            fabs(e.mean[a] - f.mean[a]) < 4 * error + 1e-5, "case %d: %g and %g +- %g", i, e.mean[a], f.mean[a], error);
       }
     }
     pktrt_scene_destroy(with);
@@ -311,7 +311,7 @@ static void sheets_within_glass(void) {
       const double scattered = 0.5 * 0.7 * 3 / PI * exp(-(inside ? 2 * 0.75 : 0) * (double)glass.absorption[a]);
       const double want = 0.5 * 3 / PI * through * through + scattered;
       CHECK(fabs((double)pixel[a] - want) < 1e-3 * want, "inside %d, channel %d: %g, not %g", inside, a,
-            (double)pixel[a], want);
+          (double)pixel[a], want);
     }
     pktrt_scene_destroy(s);
   }
@@ -401,7 +401,7 @@ static void stained_glass(void) {
       const double want =
           blocks || !mode ? 0 : open * (1 - plate_reflects(2 / r, (double)sheet.ior[0])) * 0.8 * tint[a];
       CHECK(fabs((double)pixel[a] - want) <= 1e-4 * want, "case %d, channel %d: %g, not %g", i, a, (double)pixel[a],
-            want);
+          want);
     }
     pktrt_scene_destroy(s);
   }
@@ -462,7 +462,7 @@ static void blends_in_closed_form(void) {
     const double solid = blends ? 1.0 / 3 : 0.25; /* the mean of u over a triangle; where it is above a half */
     const double want = solid + (1 - solid) * below[0];
     CHECK(fabs(e.mean[0] - want) < 4 * e.error[0] + 1e-5, "texture, blend %d: %g +- %g, not %g", blends, e.mean[0],
-          e.error[0], want);
+        e.error[0], want);
     CHECK(seen == 0.625f, "opacity began with %g", (double)seen);
     pktrt_scene_destroy(s);
   }
@@ -495,14 +495,14 @@ static void blends_in_the_light(void) {
     }
     const double error = 4 * (e[1].error[0] + transparency * e[0].error[0]), want = transparency * e[0].mean[0];
     CHECK(fabs(e[1].mean[0] - want) < error + 1e-5 && want > 0.02, "case %d: %g, not %g +- %g", i, e[1].mean[0], want,
-          error);
+        error);
   }
 }
 
 /* A thin sheet, a mirror, metal and a matt surface that blend: what is behind them and what they show add up. */
 static void what_blends_may_be_anything(void) {
-  static const pktrt_specular kinds[] = {PKTRT_SPECULAR_NONE, PKTRT_SPECULAR_MIRROR, PKTRT_SPECULAR_COAT,
-                                         PKTRT_SPECULAR_CONDUCTOR, PKTRT_SPECULAR_THIN};
+  static const pktrt_specular kinds[] = {
+      PKTRT_SPECULAR_NONE, PKTRT_SPECULAR_MIRROR, PKTRT_SPECULAR_COAT, PKTRT_SPECULAR_CONDUCTOR, PKTRT_SPECULAR_THIN};
   for (size_t i = 0; i < COUNT(kinds) * 2; i++) {
     estimate e[3]; /* opaque, half, not there */
     for (int k = 0; k < 3; k++) {
@@ -604,7 +604,7 @@ static void sheets_in_adaptive_passes(void) {
   }
   for (int a = 0; a < 3; a++)
     CHECK(fabs(e[0].mean[a] - e[1].mean[a]) < 4 * (e[0].error[a] + e[1].error[a]) + 0.01 * e[0].mean[a],
-          "channel %d: %g and %g", a, e[0].mean[a], e[1].mean[a]);
+        "channel %d: %g and %g", a, e[0].mean[a], e[1].mean[a]);
 }
 
 /* --- refusals and the log --- */

@@ -27,8 +27,8 @@ typedef struct tree_work {
   uint64_t nodes, boxes, triangles;
   bool unsure;
 } tree_work;
-tree_work tree_work_of(const pktrt_scene *, const pktrt_ray *,
-                       bool ask_groups); /* ask: whether it meets what moves, at all */
+tree_work tree_work_of(
+    const pktrt_scene *, const pktrt_ray *, bool ask_groups); /* ask: whether it meets what moves, at all */
 /* The same trees, asked by the kernels of another instruction set: large ones need not be built for each. */
 void tree_asked_by(pktrt_scene *, pktrt_isa);
 

@@ -43,16 +43,16 @@ static int other_answer(const pktrt_scene *s, const pktrt_ray *rays, const pktrt
   return -1;
 }
 
-static void report(const char *name, pktrt_isa isa, int way, const pktrt_ray *r, const pktrt_hit *want,
-                   const pktrt_scene *s) {
+static void report(
+    const char *name, pktrt_isa isa, int way, const pktrt_ray *r, const pktrt_hit *want, const pktrt_scene *s) {
   pktrt_hit h;
   pktrt_intersect(s, r, &h);
   CHECK(false, "%s, %s, way %d: o %a %a %a", name, pktrt_isa_string(isa), way, (double)r->origin[0],
-        (double)r->origin[1], (double)r->origin[2]);
+      (double)r->origin[1], (double)r->origin[2]);
   CHECK(false, "  d %a %a %a  [%a, %a]", (double)r->direction[0], (double)r->direction[1], (double)r->direction[2],
-        (double)r->tmin, (double)r->tmax);
+      (double)r->tmin, (double)r->tmax);
   CHECK(false, "  want mesh %u triangle %u t %a, single gives %u %u %a", want->mesh, want->triangle, (double)want->t,
-        h.mesh, h.triangle, (double)h.t);
+      h.mesh, h.triangle, (double)h.t);
 }
 
 /* All ways and instruction sets of the library against brute force. */
@@ -98,8 +98,8 @@ static void rays_of_all_kinds(const world *w, uint64_t seed, bool wild, pktrt_ra
 }
 
 static size_t rays_traced;
-static size_t brute_alone(const char *name, world w, uint64_t seed, bool wild,
-                          size_t most) { /* returns how many rays */
+static size_t brute_alone(
+    const char *name, world w, uint64_t seed, bool wild, size_t most) { /* returns how many rays */
   size_t n = 70 + scaled(4000000 / (1 + w.m[0].nt));
   if (n > most) n = most;
   pktrt_ray *rays = calloc(n, sizeof *rays);
@@ -278,7 +278,7 @@ static void oracle(world w, uint64_t seed, verdicts *c) {
     const char *what = objection(&soup, &rays[j], &list, &h);
     c->wrong += what != NULL;
     CHECK(!what, "seed %u ray %zu: mesh %u triangle %u t %.9g: %s", (unsigned)seed, j, h.mesh, h.triangle, (double)h.t,
-          what);
+        what);
     ref_moller_trumbore(&w, &rays[j], &mt);
     ref_kensler_shirley(&w, &rays[j], &ks);
     memcpy(mt.normal, h.normal, sizeof h.normal), memcpy(ks.normal, h.normal, sizeof h.normal);

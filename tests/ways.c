@@ -41,8 +41,8 @@ static void rename_meshes(const expected_scene *want, pktrt_hit *hit, size_t n) 
 }
 
 /* Compares all crossings of a ray, and how often a mesh winds around its origin. */
-static size_t crossings_differ(const expected_scene *want, const pktrt_scene *got, const pktrt_ray *ray,
-                               uint32_t which) {
+static size_t crossings_differ(
+    const expected_scene *want, const pktrt_scene *got, const pktrt_ray *ray, uint32_t which) {
   pktrt_hit a[16], b[16];
   const size_t na = pktrt_intersect_all(want->s, ray, a, 16), nb = pktrt_intersect_all(got, ray, b, 16);
   const size_t n = na < 16 ? na : 16;
@@ -78,5 +78,5 @@ size_t compare(const pktrt_scene *want, const pktrt_scene *got, const world *w, 
 
 bool says(pktrt_scene *s, pktrt_status status, pktrt_status want, const char *words) {
   return CHECK(status == want && strstr(pktrt_last_error(s), words), "%d, \"%s\", not \"%s\"", (int)status,
-               pktrt_last_error(s), words);
+      pktrt_last_error(s), words);
 }

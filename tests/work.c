@@ -20,7 +20,7 @@ static void packets_are_whole(void) {
       q.path = PKTRT_PATH_PAPER, q.packet_size = size, q.stats = &stats;
       pktrt_intersect_ex(s, &q, ray, hit, N);
       CHECK(stats.by_type[0].packets == (N + size - 1) / size, "%s: %llu packets of %u among %d rays",
-            pktrt_isa_string(isas[isa]), (unsigned long long)stats.by_type[0].packets, size, (int)N);
+          pktrt_isa_string(isas[isa]), (unsigned long long)stats.by_type[0].packets, size, (int)N);
     }
     pktrt_scene_destroy(s);
   }
@@ -70,7 +70,7 @@ static void first_active_rays(void) {
     make_rays(&w, s, kinds[k], 5, 0, ray, N);
     pktrt_intersect_ex(s, &q, ray, hit, N);
     CHECK(f.wrong == 0, "%s: %llu children are looked at from another ray on", ray_kind_name[kinds[k]],
-          (unsigned long long)f.wrong);
+        (unsigned long long)f.wrong);
     CHECK(f.later > 20 && f.at_once > 100, "%s: both happen", ray_kind_name[kinds[k]]);
     say("%s: %llu children were entered by the first active ray, %llu by a later one", ray_kind_name[kinds[k]],
         (unsigned long long)f.at_once, (unsigned long long)f.later);
@@ -160,7 +160,7 @@ static void depth_is_shortened(void) {
   CHECK(c.interval_culls >= 3 && c.ray_culls == 0, "nothing behind the wall is looked at ray by ray");
   CHECK(fast.ray_culls == 0 || !COUNTS_FAST, "nor by frusta: %llu children", (unsigned long long)fast.ray_culls);
   CHECK(open.node_visits > 4 * c.node_visits && (fast_open.node_visits > 2 * fast.node_visits || !COUNTS_FAST),
-        "the control: without the wall it is");
+      "the control: without the wall it is");
 }
 
 /* --- the order of children: eight clusters at the corners of a cube, one leaf each, under one node --- */
@@ -258,9 +258,9 @@ static void axis_order(const pktrt_scene *s, uint32_t octant, uint32_t axis, pkt
     const pktrt_counts less = count_beam(s, path, ray, hit);
     CHECK(c.hits == BEAM && less.hits == BEAM && c.canonical_tests == less.canonical_tests &&
               (stream || c.triangle_tests == less.triangle_tests),
-          "path %d, octant %u, axis %u: %llu and %llu tests, not %llu and %llu", (int)path, octant, axis,
-          (unsigned long long)c.triangle_tests, (unsigned long long)c.canonical_tests,
-          (unsigned long long)less.triangle_tests, (unsigned long long)less.canonical_tests);
+        "path %d, octant %u, axis %u: %llu and %llu tests, not %llu and %llu", (int)path, octant, axis,
+        (unsigned long long)c.triangle_tests, (unsigned long long)c.canonical_tests,
+        (unsigned long long)less.triangle_tests, (unsigned long long)less.canonical_tests);
   }
 }
 

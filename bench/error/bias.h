@@ -16,10 +16,10 @@ enum { BIAS_SEEDS = 4, BIAS_SAMPLES = 64, BIAS_WIDTH = 32, BIAS_HEIGHT = 24, BIA
 /* The first is what the others are compared with. WHY not off in WRT: rays double at glass, and trees of 50 generations
    between panes have more rays than can be traced. From 1/16384 to 1/65536 pictures still get brighter by less than
    0.003%, a fiftieth at most of what is missing at 1/256. */
-static const float bias_levels[2][BIAS_LEVELS] = {{1.0f / 65536, 1.0f / 1024, 1.0f / 256, 1.0f / 64, 1.0f / 16},
-                                                  {-1, 1.0f / 1024, 1.0f / 256, 1.0f / 64, 1.0f / 16}};
-static const char *const bias_names[2][BIAS_LEVELS] = {{"1/65536", "1/1024", "1/256", "1/64", "1/16"},
-                                                       {"off", "1/1024", "1/256", "1/64", "1/16"}};
+static const float bias_levels[2][BIAS_LEVELS] = {
+    {1.0f / 65536, 1.0f / 1024, 1.0f / 256, 1.0f / 64, 1.0f / 16}, {-1, 1.0f / 1024, 1.0f / 256, 1.0f / 64, 1.0f / 16}};
+static const char *const bias_names[2][BIAS_LEVELS] = {
+    {"1/65536", "1/1024", "1/256", "1/64", "1/16"}, {"off", "1/1024", "1/256", "1/64", "1/16"}};
 
 typedef struct bias {
   interval mean, rms;           /* of the difference from no attenuation */

@@ -177,14 +177,14 @@ static void part_blue(bench *b) {
   measure_blue(&g, true, r);
   csv_blue(b, g.name, RADIANCE, &r[RADIANCE]), say_blue(b, "Soft shadow (the truth in closed form)", &r[RADIANCE]);
   printf("The truth's quadrature is off by %.1g, the least RMSE is %.2g.\n\n", soft_quadrature(&g),
-         rmse_of(r[RADIANCE].mse[2][PKTRT_SAMPLER_BLUE_NOISE][2], BLUE_SEEDS).value);
+      rmse_of(r[RADIANCE].mse[2][PKTRT_SAMPLER_BLUE_NOISE][2], BLUE_SEEDS).value);
   stage_close(&g);
   stage_open(&g, "rtrt", PKTRT_MODE_DRT, BLUE_SCENE_SIZE, BLUE_SCENE_SIZE);
   measure_blue(&g, false, r);
   for (int how = 0; how < SHOWN; how++) {
     csv_blue(b, g.name, how, &r[how]);
-    say_blue(b, how == SCREEN ? "The same on a screen, where what is brighter than 1 is white" : "Scene rtrt, DRT",
-             &r[how]);
+    say_blue(
+        b, how == SCREEN ? "The same on a screen, where what is brighter than 1 is white" : "Scene rtrt, DRT", &r[how]);
   }
   stage_close(&g);
 }

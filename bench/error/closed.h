@@ -65,8 +65,8 @@ static const double gauss_weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18}; /* of the 
 
 typedef struct closed { /* `own` of a stage */
   const char *name;
-  double (*at)(const stage *, double x,
-               double y); /* radiance at a place of the picture, pixels; or the pixel itself: */
+  double (*at)(
+      const stage *, double x, double y); /* radiance at a place of the picture, pixels; or the pixel itself: */
   double (*pixel)(const stage *, double x, double y);
   unsigned panels;
   double edge;            /* of a pixel, at distance 1 */
@@ -175,8 +175,8 @@ static double covered_at(const stage *g, double x, double y, double t) {
 }
 
 /* The moment when a point that moves by -shift meets the line through p and q, if within (0, 1). */
-static void add_moment(const double from[2], const double shift[2], const double *p, const double *q, double *moments,
-                       unsigned *n) {
+static void add_moment(
+    const double from[2], const double shift[2], const double *p, const double *q, double *moments, unsigned *n) {
   const double nx = q[1] - p[1], ny = p[0] - q[0], speed = nx * shift[0] + ny * shift[1];
   if (speed == 0) return;
   const double t = (nx * (from[0] - p[0]) + ny * (from[1] - p[1])) / speed;
@@ -440,8 +440,8 @@ static void make_gloss(stage *g, closed *c) {
 static const struct closed_scene {
   const char *name;
   void (*make)(stage *, closed *);
-} closed_scenes[] = {{"edge", make_edge},         {"motion", make_motion}, {"lens", make_lens}, {"quad", make_quad},
-                     {"penumbra", make_penumbra}, {"sphere", make_sphere}, {"sky", make_sky},   {"gloss", make_gloss}};
+} closed_scenes[] = {{"edge", make_edge}, {"motion", make_motion}, {"lens", make_lens}, {"quad", make_quad},
+    {"penumbra", make_penumbra}, {"sphere", make_sphere}, {"sky", make_sky}, {"gloss", make_gloss}};
 enum { CLOSED_SCENES = sizeof closed_scenes / sizeof *closed_scenes };
 
 /* *g must stay where it is. Returns the error of the truth, see `answer`. */

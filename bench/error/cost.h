@@ -26,10 +26,8 @@ static const struct {
   pktrt_mode mode;
   uint32_t samples;
 } cost_cases[COST_CASES] = {{"floor, RCS, 1 sample", NULL, PKTRT_MODE_RCS, 1},
-                            {"floor, DRT, 4 samples", NULL, PKTRT_MODE_DRT, 4},
-                            {"rtrt, RCS, 1 sample", "rtrt", PKTRT_MODE_RCS, 1},
-                            {"rtrt, WRT, 1 sample", "rtrt", PKTRT_MODE_WRT, 1},
-                            {"rtrt, DRT, 4 samples", "rtrt", PKTRT_MODE_DRT, 4}};
+    {"floor, DRT, 4 samples", NULL, PKTRT_MODE_DRT, 4}, {"rtrt, RCS, 1 sample", "rtrt", PKTRT_MODE_RCS, 1},
+    {"rtrt, WRT, 1 sample", "rtrt", PKTRT_MODE_WRT, 1}, {"rtrt, DRT, 4 samples", "rtrt", PKTRT_MODE_DRT, 4}};
 
 static bool go_on(void *user, const pktrt_report *r) {
   (void)user, (void)r;
@@ -92,9 +90,9 @@ static bool count_costs(const char *part, int cases, double counts[][COST_WAYS])
   if (system("command -v valgrind >/dev/null 2>&1") != 0 || length <= 0 || !mkdtemp(folder)) return false;
   self[length] = 0;
   snprintf(command, sizeof command,
-           "valgrind --tool=callgrind --collect-atstart=no --toggle-collect=cost_render --dump-before=cost_mark "
-           "--callgrind-out-file=%s/out '%s' %s >%s/log 2>&1",
-           folder, self, part, folder);
+      "valgrind --tool=callgrind --collect-atstart=no --toggle-collect=cost_render --dump-before=cost_mark "
+      "--callgrind-out-file=%s/out '%s' %s >%s/log 2>&1",
+      folder, self, part, folder);
   const bool ran = system(command) == 0;
   for (int i = 0; i < cases * COST_WAYS; i++) {
     snprintf(path, sizeof path, "%s/out.%d", folder, i + 1);
@@ -139,10 +137,10 @@ static double check_cost(bench *b, const claim *c, bool control, char details[DE
     return control ? INFINITY : 0;
   }
   const double *end = counts[0], *each = counts[1];
-  const double added[2] = {100 * (end[COST_REPORT] / end[COST_PASSES] - 1),
-                           100 * (each[COST_WATCHED] / each[COST_PASSES] - 1)};
+  const double added[2] = {
+      100 * (end[COST_REPORT] / end[COST_PASSES] - 1), 100 * (each[COST_WATCHED] / each[COST_PASSES] - 1)};
   snprintf(details, DETAILS, "%s, at the end: %.2f; %s, after each: %.2f; twice the passes: %.3f times as many",
-           cost_cases[0].name, added[0], cost_cases[1].name, added[1], end[COST_TWICE] / end[COST_PASSES]);
+      cost_cases[0].name, added[0], cost_cases[1].name, added[1], end[COST_TWICE] / end[COST_PASSES]);
   return control ? 100 * (end[COST_TWICE] / end[COST_PASSES] - 1) : fmax(added[0], added[1]);
 }
 

@@ -1,6 +1,6 @@
 /* Error against run time:
 
-     make error                                everything, in ten minutes; results go to bench/results
+     make error                                everything, in ten minutes; results go to out/results
      make error-check                          what must hold, in small, in two minutes
      build/error [options] [PART...]           see --help
 
@@ -34,7 +34,7 @@ static const claim claims[] = {
     {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16, 0.95},
     {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64, 0.85},
     {"runs whose estimate is within 25% of the truth, closed-form scenes", 0.95, false, check_estimates, "closed", 0,
-     0},
+        0},
     {"runs whose estimate is within 25% of the truth, DRT scenes", 0.95, false, check_estimates, "DRT", 0, 0},
     {"runs that met their target, uniform, closed-form scenes", 0.95, false, check_targets, "closed", 0, 0},
     {"runs that met their target, adaptive, closed-form scenes", 0.95, false, check_targets, "closed", 1, 0},
@@ -87,7 +87,7 @@ static void print_help(void) {
          "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not;\n"
          "                     of these, PART picks by words of their sentences\n"
          "  --help             this text\nPART, without one all:\n",
-         (int)EX_MAX_THREADS);
+      (int)EX_MAX_THREADS);
   for (int i = 0; i < PARTS; i++)
     if (parts[i].sentence) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
 }
@@ -104,10 +104,9 @@ static bool parse_option(options *o, int key) {
 }
 
 static bool parse_options(int argc, char **argv, options *o) {
-  static const struct option list[] = {
-      {"results", required_argument, NULL, 'o'}, {"references", required_argument, NULL, 'r'},
-      {"threads", required_argument, NULL, 't'}, {"check", no_argument, NULL, 'k'},
-      {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
+  static const struct option list[] = {{"results", required_argument, NULL, 'o'},
+      {"references", required_argument, NULL, 'r'}, {"threads", required_argument, NULL, 't'},
+      {"check", no_argument, NULL, 'k'}, {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->threads = ex_processors();
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)

@@ -1,8 +1,8 @@
-# Plots of what bench/error.c has measured: gnuplot -e "name='closed'" bench/error.gp
-# reads bench/results/error_NAME.csv and writes bench/results/error_NAME.svg (or .png with -e "png=1"). NAME: slopes, closed,
+# Plots of what bench/error/error.c has measured: gnuplot -e "name='closed'" bench/error/error.gp
+# reads out/results/error_NAME.csv and writes out/results/error_NAME.svg (or .png with -e "png=1"). NAME: slopes, closed,
 # scenes, adaptive.
 
-results = exists("results") ? results : "bench/results"
+results = exists("results") ? results : "out/results"
 csv = sprintf("%s/error_%s.csv", results, name)
 rows = name eq "slopes" ? 2 : name eq "scenes" ? 2 : 3
 wide = 1500

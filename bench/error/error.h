@@ -236,8 +236,7 @@ EX_UNUSED static bool seeds_disjoint(void) {
 static void reference_settings(const stage *g, uint32_t samples, char *text, size_t room) {
   const pktrt_render_desc *v = &g->view;
   const pktrt_camera *c = &v->camera;
-  const int n = snprintf(
-      text, room,
+  const int n = snprintf(text, room,
       "1 %s %ux%u of %ux%u blocks %ux%u mode %d samples %u depth %u attenuation %.9g lights %d branching %d glass %d "
       "mapping %d "
       "eye %.9g %.9g %.9g target %.9g %.9g %.9g fov %.9g time %.9g shutter %.9g aperture %.9g focus %.9g",
@@ -435,10 +434,10 @@ static bool check_claim(bench *b, const claim *c, bool control) {
   const bool reached = c->most ? figure <= c->bar : figure >= c->bar;
   const bool held = c->most ? figure <= guard : figure >= guard;
   printf("%s%s  %s: %.3f, wanted at %s %g (%s; %.1f s)\n", control ? "control " : "",
-         reached ? "ok"
-         : held  ? "NOT REACHED"
-                 : "FAILED",
-         c->sentence, figure, c->most ? "most" : "least", c->bar, details, cpu_seconds() - start);
+      reached ? "ok"
+      : held  ? "NOT REACHED"
+              : "FAILED",
+      c->sentence, figure, c->most ? "most" : "least", c->bar, details, cpu_seconds() - start);
   fflush(stdout);
   return !isnan(figure) && held != control;
 }

@@ -104,7 +104,8 @@ typedef struct aims { /* true error over target; times and samples */
   double doubted;        /* runs that ended with an estimate called unreliable */
 } aims;
 
-/* `lax`: the renderer is told twice the target. */
+/* `lax`: the renderer makes two passes whatever the target. (Told twice the target, or eight times, it met the target in
+   nine adaptive DRT runs of nine: no run ends before its estimate is reliable, and by then these errors are below.) */
 static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, unsigned seeds, bool lax, aims *to) {
   const shot two = shot_of(PKTRT_SAMPLER_SOBOL, TARGET_SAMPLES, 2, FIRST_SEED + 1000);
   const bool relative = measure == PKTRT_ERROR_RELATIVE;
@@ -115,7 +116,8 @@ static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, un
       shot s = shot_of(PKTRT_SAMPLER_SOBOL, TARGET_SAMPLES, TARGET_PASSES, FIRST_SEED + k);
       const double target =
           relative ? first.report.relative_mse * square(target_parts[t]) : first.report.rmse * target_parts[t];
-      s.adaptive = adaptive, s.measure = measure, s.target = target * (lax ? 2 : 1);
+      s.adaptive = adaptive, s.measure = measure, s.target = lax ? 0 : target;
+      if (lax) s.passes = 2;
       take_shot(g, &s, &o);
       to->samples += o.report.samples_mean, to->unmet += o.report.stop != PKTRT_STOP_ERROR;
       to->doubted += o.report.unreliable[measure];
@@ -134,8 +136,8 @@ typedef struct effort { /* by passes; errors: means over seeds, of MSE and relat
 } effort;
 
 /* Efforts of some shots that differ in how passes are given, at points `first` to `last`: they take turns. */
-static void measure_efforts(stage *g, const shot *ways, unsigned count, unsigned first, unsigned last, unsigned seeds,
-                            effort *to) {
+static void measure_efforts(
+    stage *g, const shot *ways, unsigned count, unsigned first, unsigned last, unsigned seeds, effort *to) {
   double seconds[3][MAX_SEEDS];
   for (unsigned w = 0; w < count; w++) to[w].seeds = seeds;
   for (unsigned i = first; i <= last; i++) {
@@ -367,8 +369,8 @@ static double check_estimates(bench *b, const claim *c, bool control, char detai
     unsigned within = 0;
     for (unsigned i = from; i < rmse->n; i++) within += rmse->value[i] >= 0.75 && rmse->value[i] <= 1.25;
     const size_t at = strlen(details);
-    snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k),
-             (double)within / (rmse->n - from));
+    snprintf(
+        details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k), (double)within / (rmse->n - from));
   }
   return share_within(rmse, 0.75, 1.25);
 }

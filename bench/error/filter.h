@@ -14,8 +14,8 @@ enum { FILTER_SMALL_WIDTH = 48, FILTER_SMALL_HEIGHT = 36, FILTER_LONG_TRUTH = 16
 typedef struct filter_level {
   uint32_t samples, seeds;
 } filter_level;
-static const filter_level filter_levels[FILTER_LEVELS] = {{4, 16},  {8, 16},  {16, 8},   {32, 8},   {64, 4},  {128, 8},
-                                                          {256, 8}, {512, 4}, {1024, 2}, {2048, 2}, {4096, 1}};
+static const filter_level filter_levels[FILTER_LEVELS] = {
+    {4, 16}, {8, 16}, {16, 8}, {32, 8}, {64, 4}, {128, 8}, {256, 8}, {512, 4}, {1024, 2}, {2048, 2}, {4096, 1}};
 
 typedef struct filtering {
   filter_halves halves;
@@ -138,8 +138,8 @@ static void part_filter(bench *b) {
 /* >>check ---------------------------------------------------------------------------------------------------------- */
 
 enum { FILTER_CHECKED = 7 };
-static const filter_level filter_checked[FILTER_CHECKED] = {{4, 2},  {8, 16},  {16, 16}, {32, 2},
-                                                            {64, 8}, {128, 1}, {256, 2}};
+static const filter_level filter_checked[FILTER_CHECKED] = {
+    {4, 2}, {8, 16}, {16, 16}, {32, 2}, {64, 8}, {128, 1}, {256, 2}};
 
 /* Ratios of all levels by scene, measured once for all claims. */
 static double (*checked_ratios(const bench *b))[FILTER_CHECKED] {

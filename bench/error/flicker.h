@@ -167,8 +167,8 @@ static void say_moving(const bench *b, flicker (*r)[PKTRT_SAMPLER_COUNT], const 
 }
 
 static void part_flicker(bench *b) {
-  static const char *const labels[6] = {"pool hall, WRT",  "pool hall, DRT", "conference, WRT",
-                                        "conference, DRT", "rtrt, WRT",      "rtrt, DRT"};
+  static const char *const labels[6] = {
+      "pool hall, WRT", "pool hall, DRT", "conference, WRT", "conference, DRT", "rtrt, WRT", "rtrt, DRT"};
   static film f;
   flicker r[6][PKTRT_SAMPLER_COUNT];
   csv(&b->out, "scene,mode,sampler,samples,frames,pixels,still_pixels,shown,static_still,fresh_still,static_moving,"

@@ -64,8 +64,8 @@ static double pile_mean(const pile *p) {
 
 /* Student's t for 95% and n - 1 degrees of freedom. */
 static double student(unsigned n) {
-  static const double t[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306,
-                             2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131};
+  static const double t[] = {
+      12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131};
   return n < 2 ? INFINITY : n - 2 < sizeof t / sizeof *t ? t[n - 2] : 2.1;
 }
 
@@ -101,7 +101,7 @@ static double soft_irradiance(double x, double z) {
   if (x0 < -1) x0 = -1;
   if (x0 >= 1) return 0;
   const sc_v3 corner[4] = {sc_v(x0 - x, LAMP_Y, -1 - z), sc_v(1 - x, LAMP_Y, -1 - z), sc_v(1 - x, LAMP_Y, 1 - z),
-                           sc_v(x0 - x, LAMP_Y, 1 - z)};
+      sc_v(x0 - x, LAMP_Y, 1 - z)};
   for (int i = 0; i < 4; i++) {
     const sc_v3 a = sc_unit(corner[i]), b = sc_unit(corner[(i + 1) % 4]), across = sc_cross(b, a);
     const double sine = sqrt(sc_dot(across, across));

@@ -149,22 +149,15 @@ static double triangle(const integrand *f, unsigned n, const float *x) {
 }
 
 static const family families[] = {{"exponential", SMOOTH, 1, draw_exponential, exponential},
-                                  {"oscillation", SMOOTH, 1, draw_oscillation, oscillation},
-                                  {"bump", SMOOTH, 1, draw_bump, bump},
-                                  {"exponential", SMOOTH, 2, draw_exponential, exponential},
-                                  {"oscillation", SMOOTH, 2, draw_oscillation, oscillation},
-                                  {"bump", SMOOTH, 2, draw_bump, bump},
-                                  {"exponential", SMOOTH, 4, draw_exponential, exponential},
-                                  {"oscillation", SMOOTH, 4, draw_oscillation, oscillation},
-                                  {"bump", SMOOTH, 4, draw_bump, bump},
-                                  {"interval", STEP, 1, draw_box, box},
-                                  {"half-plane", STEP, 2, draw_half_space, half_space},
-                                  {"disc", STEP, 2, draw_ball, ball},
-                                  {"triangle", STEP, 2, draw_triangle, triangle},
-                                  {"half-space", STEP, 4, draw_half_space, half_space},
-                                  {"ball", STEP, 4, draw_ball, ball},
-                                  {"box", BOX, 2, draw_box, box},
-                                  {"box", BOX, 4, draw_box, box}};
+    {"oscillation", SMOOTH, 1, draw_oscillation, oscillation}, {"bump", SMOOTH, 1, draw_bump, bump},
+    {"exponential", SMOOTH, 2, draw_exponential, exponential},
+    {"oscillation", SMOOTH, 2, draw_oscillation, oscillation}, {"bump", SMOOTH, 2, draw_bump, bump},
+    {"exponential", SMOOTH, 4, draw_exponential, exponential},
+    {"oscillation", SMOOTH, 4, draw_oscillation, oscillation}, {"bump", SMOOTH, 4, draw_bump, bump},
+    {"interval", STEP, 1, draw_box, box}, {"half-plane", STEP, 2, draw_half_space, half_space},
+    {"disc", STEP, 2, draw_ball, ball}, {"triangle", STEP, 2, draw_triangle, triangle},
+    {"half-space", STEP, 4, draw_half_space, half_space}, {"ball", STEP, 4, draw_ball, ball},
+    {"box", BOX, 2, draw_box, box}, {"box", BOX, 4, draw_box, box}};
 enum { FAMILIES = sizeof families / sizeof *families };
 static const char *const kind_names[] = {"smooth", "step", "box"};
 
@@ -260,7 +253,7 @@ static double check_slope(bench *b, const claim *c, bool control, char details[D
     const interval r = family_slope(&measured[sampler], k);
     worst = fmax(worst, r.value);
     const int n = snprintf(details + at, DETAILS - at, "%s%s %u: %.2f [%.2f, %.2f]", at ? ", " : "", families[k].name,
-                           families[k].dimensions, r.value, r.low, r.high);
+        families[k].dimensions, r.value, r.low, r.high);
     if (n > 0 && at + (size_t)n < DETAILS) at += (size_t)n;
   }
   return worst;

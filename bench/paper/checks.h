@@ -67,8 +67,8 @@ static const row *types_and_runs(bench *b, const claim *c, bool swapped) {
 static double ahead_of_runs(bench *b, const claim *c, control is, char details[DETAILS]) {
   const row *r = types_and_runs(b, c, is == TOO_LOW);
   snprintf(details, DETAILS, "vectors of tests per ray %.1f against %.1f; rays tested per vector %.1f against %.1f",
-           per_ray(vector_tests(&r[1].all), &r[1].all), per_ray(vector_tests(&r[0].all), &r[0].all),
-           lanes_used(&r[1].all), lanes_used(&r[0].all));
+      per_ray(vector_tests(&r[1].all), &r[1].all), per_ray(vector_tests(&r[0].all), &r[0].all), lanes_used(&r[1].all),
+      lanes_used(&r[0].all));
   return times_as_fast(b, &r[1], &r[0]);
 }
 
@@ -84,8 +84,8 @@ static double deep_tests(bench *b, const claim *c, control is, char details[DETA
     if (ratio < least) least = ratio, worst = d;
   }
   snprintf(details, DETAILS, "at %d bounces %.1f per ray against %.1f", worst,
-           per_ray(r[1].stats.by_depth[worst].vector_box_tests, &r[1].stats.by_depth[worst]),
-           per_ray(r[0].stats.by_depth[worst].vector_box_tests, &r[0].stats.by_depth[worst]));
+      per_ray(r[1].stats.by_depth[worst].vector_box_tests, &r[1].stats.by_depth[worst]),
+      per_ray(r[0].stats.by_depth[worst].vector_box_tests, &r[0].stats.by_depth[worst]));
   return worst ? least : 0;
 }
 
@@ -139,7 +139,7 @@ static double growth_with_shutter(bench *b, const claim *c, control is, char det
   const double united = tests_per_ray(&r[1][0]) / tests_per_ray(&r[0][0]);
   const double moving = tests_per_ray(&r[1][1]) / tests_per_ray(&r[0][1]);
   snprintf(details, DETAILS, "from shut to a 30th of the loop boxes that move cost %.3fx the tests, united ones %.3fx",
-           moving, united);
+      moving, united);
   return united / moving;
 }
 
@@ -171,7 +171,7 @@ static double change_with_feature(bench *b, const claim *c, control is, char det
     most = fmax(most, tests[i]), least = fmin(least, tests[i]);
   }
   snprintf(details, DETAILS, "%s %g, %g, %g: %.1f, %.1f, %.1f tests per ray", ranges[feature].name,
-           ranges[feature].steps[0], ranges[feature].steps[1], ranges[feature].steps[2], tests[0], tests[1], tests[2]);
+      ranges[feature].steps[0], ranges[feature].steps[1], ranges[feature].steps[2], tests[0], tests[1], tests[2]);
   return most / least;
 }
 
@@ -193,7 +193,7 @@ static double mode_ratio(bench *b, const claim *c, control is, char details[DETA
   const row *a = frame_of(b, c->scene, over), *z = frame_of(b, c->scene, under);
   const double x = c->counted ? tests_per_ray(a) : mrays(a), y = c->counted ? tests_per_ray(z) : mrays(z);
   snprintf(details, DETAILS, "%s %.2f, %s %.2f %s", mode_names[over], x, mode_names[under], y,
-           c->counted ? "tests per ray" : "Mrays/s");
+      c->counted ? "tests per ray" : "Mrays/s");
   return x / y;
 }
 
@@ -212,7 +212,7 @@ static double fewer_tests(bench *b, const claim *c, control is, char details[DET
   const pktrt_counts *alone = &r[0].all, *packets = &r[1].all;
   if (is == TOO_HIGH) alone = &r[0].stats.by_type[PKTRT_RAY_PRIMARY], packets = &r[1].stats.by_type[PKTRT_RAY_PRIMARY];
   snprintf(details, DETAILS, "%.1f tests per ray alone, %.1f in packets", tests_of(alone) / (double)alone->rays,
-           tests_of(packets) / (double)packets->rays);
+      tests_of(packets) / (double)packets->rays);
   return tests_of(alone) / tests_of(packets);
 }
 
@@ -226,7 +226,7 @@ static double rays_of_both(bench *b, const claim *c, control is, char details[DE
     r[i] = measure(b, &s, 1);
   }
   snprintf(details, DETAILS, "%llu rays, one way %llu", (unsigned long long)r[1]->all.rays,
-           (unsigned long long)r[0]->all.rays);
+      (unsigned long long)r[0]->all.rays);
   return (double)r[1]->all.rays / (double)r[0]->all.rays;
 }
 
@@ -235,75 +235,74 @@ static double against_embree(bench *b, const claim *c, control is, char details[
   double least;
   const double mean = embree_rcs_check(b, is == TOO_LOW, &least);
   snprintf(details, DETAILS, "geometric mean of three scenes, the least %.3fx; %s", least,
-           is ? "single rays, scalar" : "fast path");
+      is ? "single rays, scalar" : "fast path");
   return mean;
 }
 
 #define UNLIKE "UNLIKE THE PAPER, "
-static const claim claims[] = {
-    {"table 1, conference, 8x8: packets against single rays, paper path", 2.85, 0, false, false, table1_on_paper_path,
-     "conference", 0},
+static const claim claims[] = {{"table 1, conference, 8x8: packets against single rays, paper path", 2.85, 0, false,
+                                   false, table1_on_paper_path, "conference", 0},
     {"table 1, rtrt, 8x8: packets against single rays, paper path", 2.69, 0, false, false, table1_on_paper_path, "rtrt",
-     0},
+        0},
     {"table 1, pool hall, 8x8: packets against single rays, paper path", 2.97, 0, false, false, table1_on_paper_path,
-     "poolhall", 0},
+        "poolhall", 0},
     {"table 1, conference, 8x8: packets against single rays, fast path", 2, 0, false, false, table1_on_fast_path,
-     "conference", 0},
+        "conference", 0},
     {"table 1, rtrt, 8x8: packets against single rays, fast path", 2, 0, false, false, table1_on_fast_path, "rtrt", 0},
     {"table 1, pool hall, 8x8: packets against single rays, fast path", 2, 0, false, false, table1_on_fast_path,
-     "poolhall", 0},
+        "poolhall", 0},
     {"table 2, rtrt: the rate of DRT is some 30% below that of WRT", 0.6, 0.9, false, false, mode_ratio, "rtrt",
-     PKTRT_MODE_DRT},
+        PKTRT_MODE_DRT},
     {UNLIKE "table 2, conference: the rate of DRT is near that of WRT, not half of it", 0.7, 1.05, false, false,
-     mode_ratio, "conference", PKTRT_MODE_DRT},
+        mode_ratio, "conference", PKTRT_MODE_DRT},
     {UNLIKE "table 2, pool hall: the rate of DRT is below that of WRT, not 1.48 of it", 0.5, 1, false, false,
-     mode_ratio, "poolhall", PKTRT_MODE_DRT},
+        mode_ratio, "poolhall", PKTRT_MODE_DRT},
     {"table 2, conference: a ray of WRT needs more tests than one of RCS", 1, 0, true, true, mode_ratio, "conference",
-     PKTRT_MODE_WRT},
+        PKTRT_MODE_WRT},
     {"table 2, rtrt: a ray of WRT needs more tests than one of RCS", 1, 0, true, true, mode_ratio, "rtrt",
-     PKTRT_MODE_WRT},
+        PKTRT_MODE_WRT},
     {"table 2, pool hall: a ray of WRT needs more tests than one of RCS", 1, 0, true, true, mode_ratio, "poolhall",
-     PKTRT_MODE_WRT},
+        PKTRT_MODE_WRT},
     {"table 2, conference: a ray of DRT needs more tests than one of WRT", 1, 0, true, true, mode_ratio, "conference",
-     PKTRT_MODE_DRT},
+        PKTRT_MODE_DRT},
     {"table 2, rtrt: a ray of DRT needs more tests than one of WRT", 1, 0, true, true, mode_ratio, "rtrt",
-     PKTRT_MODE_DRT},
+        PKTRT_MODE_DRT},
     {UNLIKE "table 2, pool hall: a ray of DRT needs more tests than one of WRT, too", 1, 1.2, true, true, mode_ratio,
-     "poolhall", PKTRT_MODE_DRT},
+        "poolhall", PKTRT_MODE_DRT},
     {"table 3, 64 samples: packets against single rays, paper path", 3.03, 0, false, false, table3_of_64, "conference",
-     0},
+        0},
     {"figure 6: box tests explode from 8x8 to 16x16", 1.3, 0, false, true, tests_of_16x16, "conference", 0},
     {UNLIKE "figure 6: triangle tests do not explode from 8x8 to 16x16, they hardly rise", 1, 1.03, true, true,
-     tests_of_16x16, "conference", 1},
+        tests_of_16x16, "conference", 1},
     {"figure 6: with the steps of 2007 alone triangle tests explode from 8x8 to 16x16", 2.5, 0, false, true,
-     tests_of_16x16, "conference", 2},
+        tests_of_16x16, "conference", 2},
     {"figure 7: the aperture hardly changes tests per ray", 0, 1.1, false, true, change_with_feature, "conference",
-     RANGE_OF_APERTURE},
+        RANGE_OF_APERTURE},
     {UNLIKE "figure 7: the size of lights changes tests per ray, and not a little", 1.15, 1.8, false, true,
-     change_with_feature, "conference", RANGE_OF_LIGHTS},
+        change_with_feature, "conference", RANGE_OF_LIGHTS},
     {UNLIKE "figure 7: gloss changes tests per ray, and not a little", 1.3, 2.2, false, true, change_with_feature,
-     "conference", RANGE_OF_GLOSS},
+        "conference", RANGE_OF_GLOSS},
     {"figure 7: tests grow more slowly with the shutter where boxes move", 1, 0, true, true, growth_with_shutter,
-     "rtrt", 0},
+        "rtrt", 0},
     {"figure 8: ray types need fewer vectors of box tests, idle lanes included, than runs at depth", 1, 0, true, true,
-     deep_tests, "conference", 0},
+        deep_tests, "conference", 0},
     {UNLIKE "figure 8: without idle lanes, in rays tested, ray types need more box tests than runs", 1.05, 1.6, false,
-     true, tests_of_types, "conference", 0},
+        true, tests_of_types, "conference", 0},
     {"figure 8: runs test slightly fewer triangles than ray types", 1, 1.05, true, true, tests_of_types, "conference",
-     1},
+        1},
     {UNLIKE "section 3.1, conference: rays in 8x8 make more tests than alone, not 1.5 times fewer", 0.6, 0.85, false,
-     true, fewer_tests, "conference", 0},
+        true, fewer_tests, "conference", 0},
     {UNLIKE "section 3.1, rtrt: rays in 8x8 make as many tests as alone, not 1.5 times fewer", 0.8, 1.1, false, true,
-     fewer_tests, "rtrt", 0},
+        fewer_tests, "rtrt", 0},
     {UNLIKE "section 3.1, pool hall: rays in 8x8 make few fewer tests than alone, not 1.5 times fewer", 0.9, 1.3, false,
-     true, fewer_tests, "poolhall", 0},
+        true, fewer_tests, "poolhall", 0},
     {"section 4, rtrt: choosing one way at glass traces fewer rays than following both", 1.2, 0, false, true,
-     rays_of_both, "rtrt", 0},
+        rays_of_both, "rtrt", 0},
     {"section 5.4, conference: ray types against runs, speed", 1.10, 0, false, false, ahead_of_runs, "conference", 0},
     {"section 5.4, rtrt: ray types against runs, speed", 1.10, 0, false, false, ahead_of_runs, "rtrt", 0},
     {"section 5.4, pool hall: ray types against runs, speed", 1.10, 0, false, false, ahead_of_runs, "poolhall", 0},
     {"ray casting with shading against Embree's best coherent mode without", 0.5, 0, false, false, against_embree, NULL,
-     0}};
+        0}};
 enum { CLAIMS = sizeof claims / sizeof *claims };
 
 /* Written this way round, what is not a number holds nothing. */
@@ -335,7 +334,7 @@ static verdict check(bench *b, const claim *c, control is) {
                     : is == TOO_HIGH ? not_too_much(c, figure)
                                      : enough(c, figure) && not_too_much(c, figure);
   printf("%s%s  %s: %.3fx, wanted %s (%s)\n", words[is], held ? "ok" : "FAILED", c->sentence, figure,
-         bounds_text(c, bounds), details);
+      bounds_text(c, bounds), details);
   fflush(stdout);
   if (isnan(figure)) return FAILED; /* as a control, too: it must fail by its figure */
   return held == (is == NO_CONTROL) ? PASSED : FAILED;

@@ -48,8 +48,8 @@ static double along(const float v[3], const double w[3]) {
 }
 
 /* Where a direction from the eye meets the picture, its bits interleaved. right and up: of length 1 at its edges. */
-static uint32_t place_of(const float v[3], const double to[3], const double right[3], const double up[3],
-                         unsigned size) {
+static uint32_t place_of(
+    const float v[3], const double to[3], const double right[3], const double up[3], unsigned size) {
   const double depth = along(v, to), x = along(v, right) / depth, y = along(v, up) / depth;
   const uint32_t px = (uint32_t)fmin(fmax((x + 1) * 0.5 * size, 0), size - 1);
   const uint32_t py = (uint32_t)fmin(fmax((y + 1) * 0.5 * size, 0), size - 1);
@@ -64,7 +64,7 @@ static void order_rays(ray_list *l, const pktrt_camera *c, unsigned size, bool s
   const sc_v3 aside = sc_unit(sc_cross(to, sc_v(0, 1, 0))), over = sc_cross(aside, to);
   const double t[3] = {to.x, to.y, to.z}, r[3] = {aside.x / half, aside.y / half, aside.z / half},
                u[3] = {over.x / half, over.y / half, over.z / half};
-  placed p[PKTRT__BATCH];
+  placed p[PK_BATCH];
   for (size_t k = 0; k < l->chunks; k++) {
     const size_t from = l->chunk[k], n = (k + 1 < l->chunks ? l->chunk[k + 1] : l->count) - from;
     for (size_t i = 0; i < n; i++) {
@@ -85,9 +85,9 @@ static const struct {
   const char *name;
   embree_way way;
 } ways_of_embree[WAYS] = {{"single", {1, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
-                          {"8 coherent", {8, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
-                          {"16 coherent", {16, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
-                          {"stream coherent", {1, true, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}}};
+    {"8 coherent", {8, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
+    {"16 coherent", {16, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
+    {"stream coherent", {1, true, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}}};
 
 typedef struct rival { /* Embree on one instruction set, in one way */
   const char *isa;

@@ -2,8 +2,8 @@
    pktrt's, on the pairs of rays and leaves that traversal really meets. The kernels are in ../kensler_stamp.h, which
    pktrt.h stamps with its own.
 
-   These are internals of pktrt.h: its vectors, blocks and batches, pktrt__tri_ray_block and
-   pktrt__paper_test_triangle. There is no public way to test triangles without a tree.
+   These are internals of pktrt.h: its vectors, blocks and batches, pk_tri_ray_block and
+   pk_paper_test_triangle. There is no public way to test triangles without a tree.
 
    Contents: kernels, pairs, racing, edges, part. */
 #ifndef PAPER_KENSLER_H
@@ -16,19 +16,19 @@
 
 static const race_set *races_of(pktrt_isa isa) {
   switch (isa) {
-#ifdef PKTRT__HAS_SSE2
+#ifdef PK_HAS_SSE2
   case PKTRT_ISA_SSE2: return &kensler_races_sse2;
 #endif
-#ifdef PKTRT__HAS_AVX2
+#ifdef PK_HAS_AVX2
   case PKTRT_ISA_AVX2: return &kensler_races_avx2;
 #endif
-#ifdef PKTRT__HAS_AVX512
+#ifdef PK_HAS_AVX512
   case PKTRT_ISA_AVX512: return &kensler_races_avx512;
 #endif
-#ifdef PKTRT__HAS_NEON
+#ifdef PK_HAS_NEON
   case PKTRT_ISA_NEON: return &kensler_races_neon;
 #endif
-#ifdef PKTRT__HAS_SCALAR
+#ifdef PK_HAS_SCALAR
   case PKTRT_ISA_SCALAR: return &kensler_races_scalar;
 #endif
   default: return NULL;
@@ -53,7 +53,7 @@ static void hear_leaf(void *user, const pktrt_event *e) {
     if (!c->visit[0]) fatal("not enough memory");
   }
   visit *v = &c->visit[0][c->count[0]++];
-  v->ray = (uint32_t)(l->ray % PKTRT__BATCH), v->block = e->index, v->order = l->order++;
+  v->ray = (uint32_t)(l->ray % PK_BATCH), v->block = e->index, v->order = l->order++;
   v->bits = 1u << l->ray % 8;
 }
 
@@ -84,7 +84,7 @@ static void make_group(course *c, size_t from, uint32_t first) {
 static uint64_t tests_of_visits(const course *c) {
   uint64_t n = 0;
   for (size_t i = 0; i < c->count[0]; i++) {
-    const uint32_t *id = pktrt__segment_block(&c->seg, c->visit[0][i].block, c->moving)->id;
+    const uint32_t *id = pk_segment_block(&c->seg, c->visit[0][i].block, c->moving)->id;
     for (int lane = 0; lane < 8; lane++) n += id[lane] != PKTRT_NONE;
   }
   return n;
@@ -96,9 +96,9 @@ static course make_course(pktrt_scene *tree, const pktrt_ray *ray, size_t rays) 
   memset(&c, 0, sizeof c);
   if (tree->bvh_count != 1) fatal("a scene with still and moving meshes has no place here");
   c.tree = tree, c.moving = tree->bvhs[0].key_count > 1, c.rays = rays;
-  c.seg = pktrt__bvh_segment_of(&tree->bvhs[0], 0, 0);
-  c.batches = (rays + PKTRT__BATCH - 1) / PKTRT__BATCH;
-  c.batch = (pktrt__batch *)take(c.batches, sizeof *c.batch);
+  c.seg = pk_bvh_segment_of(&tree->bvhs[0], 0, 0);
+  c.batches = (rays + PK_BATCH - 1) / PK_BATCH;
+  c.batch = (pk_batch *)take(c.batches, sizeof *c.batch);
   c.fresh = (depths *)take(c.batches, sizeof *c.fresh);
   for (int g = 0; g < 2; g++) c.start[g] = (size_t *)take(c.batches + 1, sizeof(size_t));
   listener l;
@@ -110,11 +110,11 @@ static course make_course(pktrt_scene *tree, const pktrt_ray *ray, size_t rays) 
   size_t *from = (size_t *)take(rays / 8 + 2, sizeof(size_t)); /* where the visits of eight rays begin */
   for (size_t i = 0; i < rays; i++) {
     pktrt_hit hit;
-    pktrt__batch *b = &c.batch[i / PKTRT__BATCH];
-    const size_t k = i % PKTRT__BATCH;
+    pk_batch *b = &c.batch[i / PK_BATCH];
+    const size_t k = i % PK_BATCH;
     for (int a = 0; a < 3; a++) b->o[a][k] = ray[i].origin[a], b->d[a][k] = ray[i].direction[a];
     b->tmin[k] = ray[i].tmin, b->tmax[k] = ray[i].tmax, b->time[k] = ray[i].time;
-    if (k == 0) c.start[0][i / PKTRT__BATCH] = c.count[0];
+    if (k == 0) c.start[0][i / PK_BATCH] = c.count[0];
     if (k % 8 == 0) from[i / 8] = c.count[0], l.order = 0;
     l.ray = i;
     pktrt_intersect_ex(tree, &desc, &ray[i], &hit, 1);
@@ -123,9 +123,9 @@ static course make_course(pktrt_scene *tree, const pktrt_ray *ray, size_t rays) 
   c.visit[1] = (visit *)take(c.count[0] + 1, sizeof(visit));
   const size_t all = c.count[0];
   for (size_t g = 0; g < (rays + 7) / 8; g++) {
-    if (g * 8 % PKTRT__BATCH == 0) c.start[1][g * 8 / PKTRT__BATCH] = c.count[1];
+    if (g * 8 % PK_BATCH == 0) c.start[1][g * 8 / PK_BATCH] = c.count[1];
     c.count[0] = from[g + 1];
-    make_group(&c, from[g], (uint32_t)(g * 8 % PKTRT__BATCH));
+    make_group(&c, from[g], (uint32_t)(g * 8 % PK_BATCH));
   }
   c.count[0] = all, c.start[1][c.batches] = c.count[1];
   c.tests = tests_of_visits(&c);
@@ -141,10 +141,10 @@ static void free_course(course *c) {
 
 /* >>racing --------------------------------------------------------------------------------------------------------- */
 
-static void rewind_batch(pktrt__batch *b, const depths *fresh) {
+static void rewind_batch(pk_batch *b, const depths *fresh) {
   memcpy(b->t, b->tmax, sizeof b->t);
-  memcpy(b->wf, fresh->wf, sizeof b->wf);
-  memcpy(b->sf, fresh->sf, sizeof b->sf);
+  memcpy(b->depth_hi, fresh->depth_hi, sizeof b->depth_hi);
+  memcpy(b->sure_hi, fresh->sure_hi, sizeof b->sure_hi);
   memset(b->id, 0, sizeof b->id);
   memset(b->slot, 0xFF, sizeof b->slot);
 }
@@ -161,25 +161,24 @@ static double go(const course *c, const race_set *set, bool kensler, bool groups
 }
 
 static void set_up(course *c, const race_set *set) {
-  float ta;
   for (size_t i = 0; i < c->batches; i++) {
-    for (uint32_t k = 0; k < PKTRT__BATCH; k++) {
-      pktrt__batch *b = &c->batch[i];
+    for (uint32_t k = 0; k < PK_BATCH; k++) {
+      pk_batch *b = &c->batch[i];
       if (k % 8 == 0) set->setup(c->tree, b, k);
-      pktrt__time_segment(b->time[k], c->moving ? 2 : 1, &ta, &b->tb[k]);
+      pk_time_segment(b->time[k], c->moving ? 2 : 1, &b->weight1[k]);
     }
-    memcpy(c->fresh[i].wf, c->batch[i].wf, sizeof c->fresh[i].wf);
-    memcpy(c->fresh[i].sf, c->batch[i].sf, sizeof c->fresh[i].sf);
+    memcpy(c->fresh[i].depth_hi, c->batch[i].depth_hi, sizeof c->fresh[i].depth_hi);
+    memcpy(c->fresh[i].sure_hi, c->batch[i].sure_hi, sizeof c->fresh[i].sure_hi);
   }
 }
 
 /* What every ray hit: the slot, PKTRT_NONE if nothing. */
 static void read_slots(const course *c, uint32_t *slot) {
-  for (size_t i = 0; i < c->rays; i++) slot[i] = c->batch[i / PKTRT__BATCH].slot[i % PKTRT__BATCH];
+  for (size_t i = 0; i < c->rays; i++) slot[i] = c->batch[i / PK_BATCH].slot[i % PK_BATCH];
 }
 
 typedef struct outcome {
-  double ns[2][2];                 /* groups, kensler: for each test */
+  double smooth_normal[2][2];      /* groups, kensler: for each test */
   size_t hits, lost, found, other; /* rays hit; Kensler's test alone misses, alone hits, hits another triangle */
 } outcome;
 
@@ -202,7 +201,8 @@ static outcome race_tests(const bench *b, course *c, pktrt_isa isa) {
     }
     for (unsigned k = 0; k < b->given.rounds * GOES; k++)
       for (unsigned i = 0; i < 2; i++) took[g][(i + k) % 2][k] = go(c, set, (i + k) % 2, g);
-    for (int s = 0; s < 2; s++) o.ns[g][s] = 1e9 * median_of(took[g][s], b->given.rounds * GOES) / (double)c->tests;
+    for (int s = 0; s < 2; s++)
+      o.smooth_normal[g][s] = 1e9 * median_of(took[g][s], b->given.rounds * GOES) / (double)c->tests;
   }
   for (int s = 0; s < 2; s++) free(slot[s]);
   return o;
@@ -214,12 +214,13 @@ static void report_race(const bench *b, course *c, const char *rays) {
     if (i && widest() == four_lanes()) break;
     const outcome o = race_tests(b, c, isa);
     say(&b->out, "| %s | %s | %s | %.0f | %.2f | %.2f | %.2fx | %.2f | %.2f | %.2fx | %zu of %zu |\n", rays,
-        c->moving ? "two keys" : "still", pktrt_isa_string(isa), (double)c->tests / (double)c->rays, o.ns[0][1],
-        o.ns[0][0], o.ns[0][0] / o.ns[0][1], o.ns[1][1], o.ns[1][0], o.ns[1][0] / o.ns[1][1],
+        c->moving ? "two keys" : "still", pktrt_isa_string(isa), (double)c->tests / (double)c->rays,
+        o.smooth_normal[0][1], o.smooth_normal[0][0], o.smooth_normal[0][0] / o.smooth_normal[0][1],
+        o.smooth_normal[1][1], o.smooth_normal[1][0], o.smooth_normal[1][0] / o.smooth_normal[1][1],
         o.lost + o.found + o.other, c->rays);
     csv(&b->out, "%s,%d,%s,%zu,%llu,%.4f,%.4f,%.4f,%.4f,%.4f,%zu,%zu,%zu,%zu\n", rays, c->moving, pktrt_isa_string(isa),
-        c->rays, (unsigned long long)c->tests, (double)c->count[0] / (double)c->count[1], o.ns[0][1], o.ns[0][0],
-        o.ns[1][1], o.ns[1][0], o.hits, o.lost, o.found, o.other);
+        c->rays, (unsigned long long)c->tests, (double)c->count[0] / (double)c->count[1], o.smooth_normal[0][1],
+        o.smooth_normal[0][0], o.smooth_normal[1][1], o.smooth_normal[1][0], o.hits, o.lost, o.found, o.other);
   }
 }
 
@@ -241,9 +242,9 @@ static void primary_rays(bench *b, pktrt_ray *out, size_t rays, bool moving) {
   if (pktrt_render(b->now.tree, &d) != PKTRT_OK) fatal(pktrt_last_error(b->now.tree));
   tap.list[0] = NULL;
   tap_close(b->now.tree);
-  const size_t chunks = rays / PKTRT__BATCH;
+  const size_t chunks = rays / PK_BATCH;
   for (size_t i = 0; i < rays; i++) { /* whole batches, evenly spread */
-    const size_t from = i / PKTRT__BATCH * (all.count / PKTRT__BATCH) / chunks * PKTRT__BATCH + i % PKTRT__BATCH;
+    const size_t from = i / PK_BATCH * (all.count / PK_BATCH) / chunks * PK_BATCH + i % PK_BATCH;
     out[i] = all.ray[from];
     out[i].time = moving ? (float)sc_random(&random) : 0;
   }

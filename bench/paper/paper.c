@@ -53,8 +53,8 @@ static void table1(bench *b) {
     const char *scene;
     double single[4], types[4], speedup[4];
   } paper[3] = {{"conference", {0.37, 0.43, 0.44, 0.40}, {0.76, 1.14, 1.25, 1.00}, {2.02, 2.65, 2.85, 2.53}},
-                {"rtrt", {1.09, 1.20, 1.22, 1.14}, {1.98, 2.85, 3.30, 3.02}, {1.82, 2.37, 2.69, 2.65}},
-                {"poolhall", {0.64, 0.71, 0.73, 0.71}, {1.21, 1.85, 2.18, 2.10}, {1.89, 2.60, 2.97, 2.96}}};
+      {"rtrt", {1.09, 1.20, 1.22, 1.14}, {1.98, 2.85, 3.30, 3.02}, {1.82, 2.37, 2.69, 2.65}},
+      {"poolhall", {0.64, 0.71, 0.73, 0.71}, {1.21, 1.85, 2.18, 2.10}, {1.89, 2.60, 2.97, 2.96}}};
   const row *r[3][COLUMNS][4];
   for (int k = 0; k < 3; k++)
     for (int c = 0; c < columns(); c++)
@@ -186,12 +186,10 @@ static const struct {
   int n;
   double steps[STEPS];
 } features[] = {{"aperture", "of the lens as the scene has it", 5, {0, 0.5, 1, 1.5, 2}},
-                {"light size", "of the lamps as the scene has them", 5, {0.01, 0.5, 1, 1.5, 2}},
-                {"gloss", "exponent of the lobes", 5, {1, 10, 100, 1000, 10000}},
-                {"shutter",
-                 "of the animation's loop",
-                 8,
-                 {0, 1.0 / 480, 1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30, 1.0 / 15, 1.0 / 8}}};
+    {"light size", "of the lamps as the scene has them", 5, {0.01, 0.5, 1, 1.5, 2}},
+    {"gloss", "exponent of the lobes", 5, {1, 10, 100, 1000, 10000}},
+    {"shutter", "of the animation's loop", 8,
+        {0, 1.0 / 480, 1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30, 1.0 / 15, 1.0 / 8}}};
 
 static setup featuring(const bench *b, const char *name, feature f, double value) {
   setup s = one_frame(b, name, PKTRT_MODE_DRT, 4);
@@ -279,8 +277,8 @@ static void say_depths(const bench *b, const row *x, const row *y) {
 }
 
 static void figure8(bench *b) {
-  static const pktrt_assembly order[6] = {PKTRT_ASSEMBLY_RAY_TYPES, PKTRT_ASSEMBLY_RUNS,  PKTRT_ASSEMBLY_MATERIALS,
-                                          PKTRT_ASSEMBLY_OCTANTS,   PKTRT_ASSEMBLY_BLIND, PKTRT_ASSEMBLY_NONE};
+  static const pktrt_assembly order[6] = {PKTRT_ASSEMBLY_RAY_TYPES, PKTRT_ASSEMBLY_RUNS, PKTRT_ASSEMBLY_MATERIALS,
+      PKTRT_ASSEMBLY_OCTANTS, PKTRT_ASSEMBLY_BLIND, PKTRT_ASSEMBLY_NONE};
   static const char *const names[3] = {"conference", "rtrt", "poolhall"};
   const row *r[3][2];
   for (int k = 0; k < 3; k++)
@@ -341,9 +339,9 @@ static void branch(bench *b, const char *name) {
 /* "Rendering performance is not highly dependent on the sample set used", and interleaving "does not negatively impact
    performance". */
 static void sample(bench *b) {
-  static const pktrt_sampler order[PKTRT_SAMPLER_COUNT] = {
-      PKTRT_SAMPLER_JITTERED,   PKTRT_SAMPLER_INTERLEAVED, PKTRT_SAMPLER_RANDOM,    PKTRT_SAMPLER_HALTON,
-      PKTRT_SAMPLER_HAMMERSLEY, PKTRT_SAMPLER_SOBOL,       PKTRT_SAMPLER_BLUE_NOISE};
+  static const pktrt_sampler order[PKTRT_SAMPLER_COUNT] = {PKTRT_SAMPLER_JITTERED, PKTRT_SAMPLER_INTERLEAVED,
+      PKTRT_SAMPLER_RANDOM, PKTRT_SAMPLER_HALTON, PKTRT_SAMPLER_HAMMERSLEY, PKTRT_SAMPLER_SOBOL,
+      PKTRT_SAMPLER_BLUE_NOISE};
   const char *words[PKTRT_SAMPLER_COUNT];
   for (int p = 0; p < 2; p++) {
     setup ways[PKTRT_SAMPLER_COUNT];
@@ -417,8 +415,8 @@ static void watch_ray(const pktrt_scene *tree, watch *w, const pktrt_ray *ray, l
 
 /* The 16 points of Hammersley's set, none moved at random, the origin among them, into a lobe around the normal of a
    hit, which is where a mirror reflects what looks straight at it. The naive origin is then tangent to the surface. */
-static void reflect_set(const pktrt_scene *tree, watch *w, const pktrt_ray *ray, const pktrt_hit *hit,
-                        lobe_count counts[2][2]) {
+static void reflect_set(
+    const pktrt_scene *tree, watch *w, const pktrt_ray *ray, const pktrt_hit *hit, lobe_count counts[2][2]) {
   static const unsigned char reversed[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
   float axis[3], along = 0, length = 0, out[3];
   for (int a = 0; a < 3; a++) {
@@ -544,7 +542,7 @@ static void print_help(void) {
          "  --check       instead of parts: what must hold, exit status 1 if anything does not\n"
          "  --check-counts, --check-controls   of these, what noise cannot change; whether controls fail\n"
          "  --help        this text\nNAME, without one all:\n",
-         MAX_FRAMES, MAX_ROUNDS, MAX_EVERY);
+      MAX_FRAMES, MAX_ROUNDS, MAX_EVERY);
   for (int i = 0; i < PARTS; i++) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
 }
 
@@ -567,17 +565,11 @@ static bool parse_option(options *o, int key) {
 }
 
 static bool parse_options(int argc, char **argv, options *o) {
-  static const struct option list[] = {{"small", no_argument, NULL, 'm'},
-                                       {"size", required_argument, NULL, 's'},
-                                       {"frames", required_argument, NULL, 'f'},
-                                       {"rounds", required_argument, NULL, 'r'},
-                                       {"every", required_argument, NULL, 'e'},
-                                       {"results", required_argument, NULL, 'o'},
-                                       {"check", no_argument, NULL, 'k'},
-                                       {"check-counts", no_argument, NULL, 'n'},
-                                       {"check-controls", no_argument, NULL, 'x'},
-                                       {"help", no_argument, NULL, 'h'},
-                                       {NULL, 0, NULL, 0}};
+  static const struct option list[] = {{"small", no_argument, NULL, 'm'}, {"size", required_argument, NULL, 's'},
+      {"frames", required_argument, NULL, 'f'}, {"rounds", required_argument, NULL, 'r'},
+      {"every", required_argument, NULL, 'e'}, {"results", required_argument, NULL, 'o'},
+      {"check", no_argument, NULL, 'k'}, {"check-counts", no_argument, NULL, 'n'},
+      {"check-controls", no_argument, NULL, 'x'}, {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)
     if (!parse_option(o, key)) return false;
@@ -619,7 +611,7 @@ int main(int argc, char **argv) {
   if (getloadavg(&load, 1) == 1 && load > 0.5)
     printf("note: load average %.1f, other work is running: figures are noisy\n\n", load);
   printf("%u x %u pixels, one tile of %u; camera paths in %u frames; median of %u rounds; one thread\n\n", b.given.size,
-         b.given.size, b.given.every, b.given.frames, b.given.rounds);
+      b.given.size, b.given.every, b.given.frames, b.given.rounds);
   if (b.given.check) failed = !check_all(&b);
   for (int i = 0; i < PARTS && !b.given.check; i++) {
     if (!wanted(&b.given, parts[i].name)) continue;

@@ -1,9 +1,9 @@
-# Plots of what bench/paper.c has measured: gnuplot -e "name='figure6'" bench/paper/paper.gp
-# reads bench/results/NAME.csv and writes bench/results/NAME.svg (or NAME.png with -e "png=1").
+# Plots of what bench/paper/paper.c has measured: gnuplot -e "name='figure6'" bench/paper/paper.gp
+# reads out/results/NAME.csv and writes out/results/NAME.svg (or NAME.png with -e "png=1").
 # Columns: 1 varied, 2 value, 3 scene, 6 path, 7 isa, 8 packet, 9 assembly, 12 of, 14 boxes, 15 triangles, 16 box tests in vectors of
 # tests, each per ray, 20 speed-up, 21 the paper's.
 
-results = exists("results") ? results : "bench/results"
+results = exists("results") ? results : "out/results"
 csv = sprintf("%s/%s.csv", results, name)
 wide = name eq "table1" ? 1100 : name eq "figure7" ? 960 : 900
 high = name eq "figure7" ? 760 : 420

@@ -7,8 +7,8 @@
 
 #include "../bench.h"
 #define PKTRT_IMPLEMENTATION
-#define PKTRT__FULL_SSE2 /* vectors of four are raced, as in the paper */
-#define PKTRT__ALSO_STAMP "bench/kensler_stamp.h"
+#define PK_FULL_SSE2 /* vectors of four are raced, as in the paper */
+#define PK_ALSO_STAMP "bench/kensler_stamp.h"
 #include "../../pktrt.h"
 #include "../../examples/scenes.h"
 
@@ -126,10 +126,10 @@ static pktrt_scene *plant(const world *w) {
    and offers no way to change one, hence this look at its nodes. Boxes only grow, so the same hits are found. */
 static void unite_bounds(pktrt_scene *tree) {
   for (uint32_t k = 0; k < tree->bvh_count; k++) {
-    const pktrt__bvh *bvh = &tree->bvhs[k];
+    const pk_bvh *bvh = &tree->bvhs[k];
     for (uint32_t n = 0; bvh->key_count == 2 && n < bvh->node_count; n++) {
-      pktrt__node *node = pktrt__bvh_node(bvh, n);
-      float *p = pktrt__node_planes(node, 0), *q = pktrt__node_planes(node, 1);
+      pk_node *node = pk_bvh_node(bvh, n);
+      float *p = pk_node_planes(node, 0), *q = pk_node_planes(node, 1);
       for (int i = 0; i < 48; i++) p[i] = q[i] = i / 8 % 2 ? fmaxf(p[i], q[i]) : fminf(p[i], q[i]); /* lo, hi, lo... */
     }
   }
@@ -146,7 +146,7 @@ static void close_world(world *w) {
 static bool same_world(const setup *a, const setup *b) {
   return a->scene && !strcmp(a->scene, b->scene) && a->look == b->look && a->isa == b->isa && moves(a) == moves(b) &&
          !(a->light_size < b->light_size || a->light_size > b->light_size || a->exponent < b->exponent ||
-           a->exponent > b->exponent || (moves(a) && (a->shutter < b->shutter || a->shutter > b->shutter)));
+             a->exponent > b->exponent || (moves(a) && (a->shutter < b->shutter || a->shutter > b->shutter)));
 }
 
 /* Scenes are made one at a time: what is next measured on the same one finds it built. */
@@ -292,8 +292,8 @@ static row *measure(bench *b, const setup *ways, size_t n) {
   }
   if (!b->given.check)
     fprintf(stderr, "%s: %s %s, %s path, %s, packets of %u x %u%s: done\n", b->out.name, ways[0].scene,
-            mode_names[ways[0].mode], path_names[ways[0].path], pktrt_isa_string(ways[0].isa), ways[0].packet,
-            ways[0].packet, ways[0].packet != ways[n - 1].packet ? " and more" : "");
+        mode_names[ways[0].mode], path_names[ways[0].path], pktrt_isa_string(ways[0].isa), ways[0].packet,
+        ways[0].packet, ways[0].packet != ways[n - 1].packet ? " and more" : "");
   return r;
 }
 
@@ -321,8 +321,8 @@ static double times_as_fast(const bench *b, const row *r, const row *other) {
 }
 
 /* Single rays and packets by ray type, side by side, and what the paper has for both; 0: nothing. */
-static const row *measure_pair(bench *b, const setup *s, double paper_single, double paper_types,
-                               double paper_speedup) {
+static const row *measure_pair(
+    bench *b, const setup *s, double paper_single, double paper_types, double paper_speedup) {
   setup ways[2];
   ways[0] = ways[1] = *s;
   ways[0].assembly = PKTRT_ASSEMBLY_NONE;
@@ -349,7 +349,7 @@ static void print_way(const row *r) {
   printf("| %s%s | %s", r->s.scene, smooth ? ", smooth" : "", mode_names[r->s.mode]);
   if (r->s.samples > 1) printf(" %u", r->s.samples);
   printf(" | %s | %s | %ux%u | %s |", path_names[r->s.path], pktrt_isa_string(r->s.isa), r->s.packet, r->s.packet,
-         assembly_names[r->s.assembly]);
+      assembly_names[r->s.assembly]);
 }
 
 static void print_speeds(const bench *b) {
@@ -361,9 +361,9 @@ static void print_speeds(const bench *b) {
     char t[3][32];
     print_way(r);
     printf(" %llu | %.2f | %s | %s | %s | %.2f | %.2f | %.3f |\n", (unsigned long long)r->all.rays, mrays(r),
-           figure_text(t[0], r->paper, 2, "", "-"), figure_text(t[1], r->speedup, 2, "x", "-"),
-           figure_text(t[2], r->paper_speedup, 2, "x", "-"), per_ray(r->all.box_tests, &r->all),
-           per_ray(r->all.triangle_tests, &r->all), r->seconds);
+        figure_text(t[0], r->paper, 2, "", "-"), figure_text(t[1], r->speedup, 2, "x", "-"),
+        figure_text(t[2], r->paper_speedup, 2, "x", "-"), per_ray(r->all.box_tests, &r->all),
+        per_ray(r->all.triangle_tests, &r->all), r->seconds);
   }
   printf("\n");
 }

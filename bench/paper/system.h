@@ -22,14 +22,14 @@ typedef struct ray_list {
    public way to do that: it goes behind the API. The table of kernels hands on no pointer of ours, hence the one
    variable; while a tap is open, one thread renders. */
 static struct tap {
-  const pktrt__kernel_table *behind;
-  pktrt__kernel_table front;
+  const pk_kernel_table *behind;
+  pk_kernel_table front;
   double seconds; /* spent behind */
   uint64_t batches;
   ray_list *list[2]; /* of rays to be intersected, of rays asked for occlusion */
 } tap;
 
-static void tap_open(pktrt_scene *tree, void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t, uint32_t)) {
+static void tap_open(pktrt_scene *tree, void (*trace)(const pk_query *, pk_batch *, uint32_t, uint32_t)) {
   tap.behind = tree->kernels, tap.front = *tree->kernels;
   tap.front.trace = trace;
   tap.seconds = 0, tap.batches = 0;
@@ -38,15 +38,15 @@ static void tap_open(pktrt_scene *tree, void (*trace)(const pktrt__query *, pktr
 static void tap_close(pktrt_scene *tree) { tree->kernels = tap.behind; }
 
 /* Rays of path SINGLE go the paper path, as packets of one. */
-static void trace_alone(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
-  pktrt__query c = *call;
+static void trace_alone(const pk_query *call, pk_batch *b, uint32_t begin, uint32_t end) {
+  pk_query c = *call;
   pktrt_query_desc alone = *call->desc;
   if (alone.path == PKTRT_PATH_SINGLE) alone.path = PKTRT_PATH_PAPER, alone.packet_size = 1;
   c.desc = &alone;
   tap.behind->trace(&c, b, begin, end);
 }
 
-static void trace_clocked(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
+static void trace_clocked(const pk_query *call, pk_batch *b, uint32_t begin, uint32_t end) {
   const double start = ex_seconds();
   tap.behind->trace(call, b, begin, end);
   tap.seconds += ex_seconds() - start;
@@ -54,7 +54,7 @@ static void trace_clocked(const pktrt__query *call, pktrt__batch *b, uint32_t be
 }
 
 /* Keeps the rays that count, and what became of them. */
-EX_UNUSED static void trace_recorded(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
+EX_UNUSED static void trace_recorded(const pk_query *call, pk_batch *b, uint32_t begin, uint32_t end) {
   ray_list *to = tap.list[call->occlusion];
   tap.behind->trace(call, b, begin, end);
   if (!to) return;
@@ -109,7 +109,7 @@ static use use_of(const pktrt_counts *c, const pktrt_counts *alone) {
 static pktrt_counts sum_of(const row *r) {
   pktrt_counts all;
   memset(&all, 0, sizeof all);
-  for (int t = 0; t < TYPES; t++) pktrt__stats_add_counts(&all, &r->stats.by_type[t]);
+  for (int t = 0; t < TYPES; t++) pk_packet_add_counts(&all, &r->stats.by_type[t], sizeof all);
   return all;
 }
 
@@ -367,8 +367,8 @@ static void report_upkeep(bench *b, const char *name, const pktrt_scene *tree, c
   for (int i = 0; i < 5; i++) m[i] = median_of(v[i], POSES);
   say(&b->out, "| %s | %llu | %.2f | %.1f | %.1f | %.1f | %.2f |\n", name, (unsigned long long)info.triangles,
       1e3 * m[0], 1e3 * m[1], 1e3 * m[2], 1e3 * m[3], m[4]);
-  static const char *const names[5] = {"refit_seconds", "rebuild_seconds", "refitted_frame_seconds",
-                                       "rebuilt_frame_seconds", "sah_over_sah_at_build"};
+  static const char *const names[5] = {
+      "refit_seconds", "rebuild_seconds", "refitted_frame_seconds", "rebuilt_frame_seconds", "sah_over_sah_at_build"};
   for (int i = 0; i < 5; i++)
     csv(&b->out, "deformation,%s of %llu,WRT,fast,%s,1,%s,%.6f\n", name, (unsigned long long)info.triangles,
         pktrt_isa_string(info.isa), names[i], m[i]);

@@ -16,8 +16,8 @@
 enum { CLOSEST_POINTS = 20000 };
 
 /* Finds the point a + v ab + w ac of a triangle that is nearest to p, in floats. */
-static void closest_weights(const float p[3], const float a[3], const float b[3], const float c[3], float *v,
-                            float *w) {
+static void closest_weights(
+    const float p[3], const float a[3], const float b[3], const float c[3], float *v, float *w) {
   float ab[3], ac[3], ap[3], bp[3], cp[3];
   for (int i = 0; i < 3; i++) {
     ab[i] = b[i] - a[i], ac[i] = c[i] - a[i];
@@ -128,7 +128,7 @@ static double closest_truth(const stage *g, const float p[3]) {
 /* Asks both libraries, one after the other; returns how many distances differ by more than 2^-20 of the diagonal. In a first round
    `wrong` counts those of ours that are so far from the truth, of these. */
 static size_t ask_closest(const pair *p, const stage *g, const pktrt_point_query *query, float diagonal, double *ours,
-                          double *theirs, size_t *wrong) {
+    double *theirs, size_t *wrong) {
   static pktrt_closest found[CLOSEST_POINTS];
   static float radius[CLOSEST_POINTS];
   size_t apart = 0;
@@ -164,19 +164,19 @@ static size_t add_closest(report *to, const options *o, const stage *g, const se
     const float diagonal = make_closest_points(g, near, query);
     const size_t before = wrong, differ = ask_closest(p, g, query, diagonal, &unused, &unused, &wrong);
     for (unsigned i = 0; i < o->rounds; i++) (void)ask_closest(p, g, query, diagonal, &ours[i], &theirs[i], NULL);
-    row *r = add_values(add_row(to, g, how->name, pktrt_isa_string(p->isa), names[near], "pktrt", "points", "us"), ours,
-                        o->rounds);
+    row *r = add_values(
+        add_row(to, g, how->name, pktrt_isa_string(p->isa), names[near], "pktrt", "points", "us"), ours, o->rounds);
     const double mine = r->best, mine_median = r->median;
     r->best *= 1e6 / CLOSEST_POINTS, r->median *= 1e6 / CLOSEST_POINTS;
-    r = add_values(add_row(to, g, how->name, pktrt_isa_string(p->isa), names[near], "Embree", "points", "us"), theirs,
-                   o->rounds);
+    r = add_values(
+        add_row(to, g, how->name, pktrt_isa_string(p->isa), names[near], "Embree", "points", "us"), theirs, o->rounds);
     const double other = r->best, other_median = r->median;
     r->best *= 1e6 / CLOSEST_POINTS, r->median *= 1e6 / CLOSEST_POINTS;
     ratio_row(to, g, how, p, names[near], "points", other_median / mine_median, other / mine);
     printf("  closest point, %s: pktrt %.2f us, Embree %.2f us, ratio %.2f; %zu of %d distances differ, ours is wrong "
            "in %zu\n",
-           names[near], 1e6 * mine / CLOSEST_POINTS, 1e6 * other / CLOSEST_POINTS, other / mine, differ, CLOSEST_POINTS,
-           wrong - before);
+        names[near], 1e6 * mine / CLOSEST_POINTS, 1e6 * other / CLOSEST_POINTS, other / mine, differ, CLOSEST_POINTS,
+        wrong - before);
   }
   return wrong;
 }

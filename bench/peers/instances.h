@@ -23,8 +23,8 @@ static const char *const quotient_names[2] = {"many over meshes", "single over m
 #define QUOTIENT 0.85 /* required, of means over the kinds of rays */
 
 enum { FIELD_SETTINGS = 2 };
-static const setting field_settings[FIELD_SETTINGS] = {{REST, 0, 0, false, false, false},
-                                                       {"moving", 0.01, 0, false, false, false}};
+static const setting field_settings[FIELD_SETTINGS] = {
+    {REST, 0, 0, false, false, false}, {"moving", 0.01, 0, false, false, false}};
 static field_sphere field_ball;
 
 static unsigned field_keys(const setting *how) { return how->share > 0 ? 2 : 1; }
@@ -146,13 +146,13 @@ static void add_quotients(report *to, const stage g[FORMS], const setting *how, 
       median[f] = r->median, best[f] = r->best;
     }
     ratio_row(to, &g[AS_INSTANCES], how, p, what, quotient_names[c], median[AS_INSTANCES] / median[AS_MESHES],
-              best[AS_INSTANCES] / best[AS_MESHES]);
+        best[AS_INSTANCES] / best[AS_MESHES]);
   }
 }
 
 /* All kinds of rays. Returns for how many pktrt contradicts itself. */
 static size_t race_field(report *to, const options *o, const setting *how, const stage g[FORMS], const pair *both,
-                         unsigned count, sources *s, job *j) {
+    unsigned count, sources *s, job *j) {
   static figures f;
   size_t wrong = 0;
   make_sources(g, both->ours, field_across(o, how), how->share > 0, s);
@@ -222,7 +222,7 @@ static size_t run_field(report *to, const options *o, const pair *pairs, unsigne
 /* The speed of Embree's calls that pktrt is compared with. */
 static double their_speed(const report *in, const row *like, const char *what, int c) {
   const row *r = find_row(in, like, what, "ratio", call_names[c]);
-  return r ? our_speed(in, like, what, c == 0) / r->median : 0;
+  return r ? our_speed(in, like, what, call_names[c]) / r->median : 0;
 }
 
 static void say_quotient(const report *to, const row *instances, const row *meshes, const char *what, int c) {
@@ -232,7 +232,7 @@ static void say_quotient(const report *to, const row *instances, const row *mesh
     return;
   }
   say(&to->out, " **%.2f** (%.2f / %.2f) |", r->median,
-      our_speed(to, instances, what, c == 0) / our_speed(to, meshes, what, c == 0),
+      our_speed(to, instances, what, call_names[c]) / our_speed(to, meshes, what, call_names[c]),
       their_speed(to, instances, what, c) / their_speed(to, meshes, what, c));
 }
 

@@ -19,19 +19,19 @@
 
 static const limit_set *limits_of(pktrt_isa isa) {
   switch (isa) {
-#ifdef PKTRT__HAS_SSE2
+#ifdef PK_HAS_SSE2
   case PKTRT_ISA_SSE2: return &limit_tests_sse2;
 #endif
-#ifdef PKTRT__HAS_AVX2
+#ifdef PK_HAS_AVX2
   case PKTRT_ISA_AVX2: return &limit_tests_avx2;
 #endif
-#ifdef PKTRT__HAS_AVX512
+#ifdef PK_HAS_AVX512
   case PKTRT_ISA_AVX512: return &limit_tests_avx512;
 #endif
-#ifdef PKTRT__HAS_NEON
+#ifdef PK_HAS_NEON
   case PKTRT_ISA_NEON: return &limit_tests_neon;
 #endif
-#ifdef PKTRT__HAS_SCALAR
+#ifdef PK_HAS_SCALAR
   case PKTRT_ISA_SCALAR: return &limit_tests_scalar;
 #endif
   default: return NULL;
@@ -46,7 +46,7 @@ static struct { /* what stands in for the kernels of a scene */
   char *samples;
 } counted;
 
-static void walk_instead(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
+static void walk_instead(const pk_query *call, pk_batch *b, uint32_t begin, uint32_t end) {
   (void)begin; /* 0: no instances here */
   counted.set->walk(call->scene, b, end, call->occlusion, &counted.t, counted.samples);
 }
@@ -67,13 +67,13 @@ static size_t trace_some(const pktrt_scene *world, const job *j, pktrt_stats *li
 }
 
 static size_t count_tests(pktrt_scene *world, const job *j) {
-  const pktrt__kernel_table *const own = world->kernels;
+  const pk_kernel_table *const own = world->kernels;
   static pktrt_stats library;
   memset(&counted.t, 0, sizeof counted.t);
   memset(&library, 0, sizeof library);
   const size_t rays = trace_some(world, j, &library);
   counted.t.stride = rays / LIMIT_SAMPLES;
-  pktrt__kernel_table kernels = *own;
+  pk_kernel_table kernels = *own;
   kernels.trace = walk_instead, world->kernels = &kernels;
   trace_some(world, j, NULL);
   world->kernels = own;
@@ -106,15 +106,14 @@ static double cost_of(const pktrt_scene *world, bool occlusion, limit_test test)
 
 /* Triangles to a block, on average over the scene: pktrt counts rays against triangles. */
 static double occupancy(const pktrt_scene *world) {
-  const pktrt__bvh *bvh = &world->bvhs[0];
+  const pk_bvh *bvh = &world->bvhs[0];
   return (double)bvh->triangle_count / (double)bvh->block_count;
 }
 
 /* >>part ----------------------------------------------------------------------------------------------------------- */
 
-static const char *const limit_names[LIMIT_TESTS] = {
-    "packet node",  "packet box", "packet block", "packet triangle", "stream node", "stream children",
-    "stream block", "settle",     "settle 8",     "plain triangle",  "plain block"};
+static const char *const limit_names[LIMIT_TESTS] = {"packet node", "packet box", "packet block", "packet triangle",
+    "stream node", "stream children", "stream block", "settle", "settle 8", "plain triangle", "plain block"};
 
 typedef struct limit_share { /* of the time of a query */
   double packets, streams, settling, watertight;
@@ -128,7 +127,7 @@ static limit_share share_of(const double number[LIMIT_TESTS], const double cost[
   for (int i = LIMIT_STREAM_NODE; i <= LIMIT_LEAF; i++) s.streams += number[i] * cost[i] / seconds;
   s.settling = (number[LIMIT_SETTLE] * cost[LIMIT_SETTLE] + number[LIMIT_SETTLE8] * cost[LIMIT_SETTLE8]) / seconds;
   s.watertight = (number[LIMIT_TRIANGLE] * (cost[LIMIT_TRIANGLE] - cost[LIMIT_PLAIN_TRIANGLE]) +
-                  number[LIMIT_LEAF] * (cost[LIMIT_LEAF] - cost[LIMIT_PLAIN_LEAF])) /
+                     number[LIMIT_LEAF] * (cost[LIMIT_LEAF] - cost[LIMIT_PLAIN_LEAF])) /
                  seconds;
   return s;
 }
@@ -154,8 +153,8 @@ static bool has_limits(const stage *g, const setting *how, const pair *p) {
 }
 
 /* Of the rays in j, which took `seconds`. */
-static void add_limits(report *to, const stage *g, const setting *how, const pair *p, const job *j, const char *what,
-                       double seconds) {
+static void add_limits(
+    report *to, const stage *g, const setting *how, const pair *p, const job *j, const char *what, double seconds) {
   if (!has_limits(g, how, p)) return;
   counted.set = limits_of(p->isa);
   counted.samples = (char *)take(2 * LIMIT_SAMPLES, counted.set->sample_bytes);
@@ -177,15 +176,15 @@ static void add_limits(report *to, const stage *g, const setting *how, const pai
   ratio_row(to, g, how, p, what, "watertight", s.watertight, 0)->rays = rays;
   printf("  %-18s %-6s limit: tests %.0f%% of the time (packets %.0f%%, streams %.0f%%), settling %.2f%%, watertight "
          "%.1f%%\n",
-         what, pktrt_isa_string(p->isa), 1e2 * (s.packets + s.streams), 1e2 * s.packets, 1e2 * s.streams,
-         1e2 * s.settling, 1e2 * s.watertight);
+      what, pktrt_isa_string(p->isa), 1e2 * (s.packets + s.streams), 1e2 * s.packets, 1e2 * s.streams, 1e2 * s.settling,
+      1e2 * s.watertight);
 }
 
 /* >>race ----------------------------------------------------------------------------------------------------------- */
 
 /* All kinds of rays of a stage that is built. Returns for how many rays pktrt contradicts itself. */
 static size_t race(report *to, const options *o, const stage *g, const setting *how, const pair *pairs, unsigned count,
-                   sources *s, job *j) {
+    sources *s, job *j) {
   static figures f;
   size_t wrong = 0;
   make_sources(g, pairs[0].ours, rays_across(o, how), how->share > 0 && !how->refit, s);

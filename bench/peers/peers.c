@@ -15,11 +15,13 @@
    same rounds. A ratio is pktrt / Embree in rays per second: above 1, pktrt is the faster.
 
    Where the two disagree on a hit, truth.h says who is wrong. How near pktrt's kernels are to the time of their
-   tests alone, limits.h. Instances of both libraries, with a file of results of their own: instances.h.
+   tests alone, limits.h. What a call costs where nearly nothing is traced: few.h. Instances of both libraries, with a
+   file of results of their own: instances.h.
 
    Contents: options, settings, parts, main. */
 #define APART (24.0f / 16777216) /* with less Embree hits the surface, and the two are not asked the same */
 #include "closest.h"
+#include "few.h"
 #include "instances.h"
 #include "limits.h"
 #include "race.h"
@@ -97,8 +99,8 @@ static bool add_files(programme *p, const char *text) {
   return true;
 }
 
-static const char *const setting_words[] = {"rest",     "moving",       "refitted", "moving-0.1",
-                                            "moving-5", "moving-loose", "high",     NULL};
+static const char *const setting_words[] = {
+    "rest", "moving", "refitted", "moving-0.1", "moving-5", "moving-loose", "high", NULL};
 static const char *const isa_words[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL}; /* as pktrt_isa */
 
 static bool parse_option(programme *p, int key) {
@@ -132,20 +134,13 @@ static bool parse_option(programme *p, int key) {
 
 static bool parse_options(int argc, char **argv, programme *p) {
   static const struct option known[] = {{"scenes", required_argument, NULL, 'n'},
-                                        {"camera", required_argument, NULL, 'c'},
-                                        {"up", required_argument, NULL, 'u'},
-                                        {"light", required_argument, NULL, 'l'},
-                                        {"settings", required_argument, NULL, 't'},
-                                        {"kinds", required_argument, NULL, 'k'},
-                                        {"isa", required_argument, NULL, 'i'},
-                                        {"size", required_argument, NULL, 's'},
-                                        {"rounds", required_argument, NULL, 'r'},
-                                        {"full", no_argument, NULL, 'f'},
-                                        {"all-modes", no_argument, NULL, 'a'},
-                                        {"results", required_argument, NULL, 'o'},
-                                        {"no-robust", no_argument, NULL, 'p'},
-                                        {"help", no_argument, NULL, 'h'},
-                                        {NULL, 0, NULL, 0}};
+      {"camera", required_argument, NULL, 'c'}, {"up", required_argument, NULL, 'u'},
+      {"light", required_argument, NULL, 'l'}, {"settings", required_argument, NULL, 't'},
+      {"kinds", required_argument, NULL, 'k'}, {"isa", required_argument, NULL, 'i'},
+      {"size", required_argument, NULL, 's'}, {"rounds", required_argument, NULL, 'r'},
+      {"full", no_argument, NULL, 'f'}, {"all-modes", no_argument, NULL, 'a'},
+      {"results", required_argument, NULL, 'o'}, {"no-robust", no_argument, NULL, 'p'},
+      {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
   memset(p, 0, sizeof *p);
   p->o.size = 1024, p->o.moving_size = 640, p->o.rounds = 3, p->o.kinds = ALL_KINDS, p->o.view.up[1] = 1;
   for (int key; (key = getopt_long(argc, argv, "h", known, NULL)) != -1;)
@@ -165,13 +160,10 @@ static bool parse_options(int argc, char **argv, programme *p) {
 /* >>settings ------------------------------------------------------------------------------------------------------- */
 
 enum { SETTINGS = 7, HEADLINE = 3 };
-static const setting settings[SETTINGS] = {{REST, 0, 0, false, true, false},
-                                           {MOVES, 0.01, 0, false, true, false},
-                                           {"refitted 1%", 0.01, 0, false, false, true}, /* no rays unless full */
-                                           {"moving 0.1%", 0.001, 0, false, false, false},
-                                           {"moving 5%", 0.05, 0, false, false, false},
-                                           {"moving 1% loosely", 0.01, 0.1, false, false, false},
-                                           {HIGH, 0, 0, true, false, false}};
+static const setting settings[SETTINGS] = {{REST, 0, 0, false, true, false}, {MOVES, 0.01, 0, false, true, false},
+    {"refitted 1%", 0.01, 0, false, false, true}, /* no rays unless full */
+    {"moving 0.1%", 0.001, 0, false, false, false}, {"moving 5%", 0.05, 0, false, false, false},
+    {"moving 1% loosely", 0.01, 0.1, false, false, false}, {HIGH, 0, 0, true, false, false}};
 
 /* Whether one sees it from within its box, as an apartment. */
 static bool seen_from_inside(const stage *g) {
@@ -207,12 +199,13 @@ typedef struct room { /* for the largest set of rays */
 /* Those parts that race on no kind of rays: on the pool hall as it lies, and of two workers, in the full set, on all
    built-in scenes. Orders of rays: a quarter of them, in the full set all. A further part adds its rows here, and what
    it must reach as a line of report.h. */
-static void run_extras(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
-                       unsigned count, room *r) {
+static void run_extras(
+    report *to, const options *o, const stage *g, const setting *how, const pair *pairs, unsigned count, room *r) {
   const bool hall = !strcmp(g->name, "poolhall");
   if (hall) add_shading(to, o, g, how, pairs, count);
   if (hall || o->full) add_workers(to, o, g, how, pairs, count);
   if (!hall) return;
+  add_few(to, pairs, count);
   const unsigned across = o->full ? o->size : o->size / 2;
   make_sources(g, pairs[0].ours, across, false, &r->s);
   add_orders(to, o, g, how, pairs, count, &r->s, &r->j);
@@ -225,14 +218,14 @@ static unsigned pairs_of(const setting *how, const pair *pairs, unsigned count) 
   return how <= &settings[1] || n == 0 ? count : n;
 }
 
-static size_t run_setting(report *to, const options *o, stage *g, const setting *how, pair *pairs, unsigned count,
-                          room *r) {
+static size_t run_setting(
+    report *to, const options *o, stage *g, const setting *how, pair *pairs, unsigned count, room *r) {
   const bool fits_only = how->refit && !o->full && !o->settings;
   size_t wrong = 0;
   const unsigned across = rays_across(o, how);
   printf("\n%s, %s: %llu triangles; %u x %u primary rays; Mrays/s, the best of %u rounds: Embree's fastest, pktrt, "
          "ratio, single calls of both, rays that disagree\n",
-         g->name, how->name, (unsigned long long)scene_triangles(&g->s), across, across, o->rounds);
+      g->name, how->name, (unsigned long long)scene_triangles(&g->s), across, across, o->rounds);
   set_motion(g, how->share, how->loose);
   for (size_t m = 0; m < g->s.mesh_count && how->refit; m++) g->s.meshes[m].key_count = 1;
   build_pairs(pairs, count, g, how, how->refit ? 1 : o->rounds);
@@ -282,11 +275,12 @@ static void print_tables(report *to, const options *o) {
       "Embree %s, one core, %u x %u primary rays (%u x %u where things move), the least times of %u rounds.\n\n",
       RTC_VERSION_STRING, o->size, o->size, o->moving_size, o->moving_size, o->rounds);
   say_lines(to, &here);
-  say_speeds(
-      to, "many",
+  say_speeds(to, "many",
       "Many rays: Mrays/s of pktrt's faster call (`_n`, `_soa`), the ratio to Embree's fastest mode, and that to its "
       "fastest robust one:");
   say_speeds(to, "single", "Single calls: Mrays/s of pktrt, the ratio to Embree's, and that to Embree's robust ones:");
+  say_speeds(to, "fresh", "Single calls of rays that are written just before each call:");
+  say_few(to);
   say_limits(to);
   say_upkeep(to);
   say_hits(to);

@@ -1,8 +1,8 @@
-# Plot of what bench/peers.c has measured: gnuplot bench/peers.gp
-# reads bench/results/peers.csv and writes bench/results/peers.svg (or .png with -e "png=1").
+# Plot of what bench/peers/peers.c has measured: gnuplot bench/peers/peers.gp
+# reads out/results/peers.csv and writes out/results/peers.svg (or .png with -e "png=1").
 # Columns: 1 scene, 2 scenes, 4 setting, 5 isa, 6 what, 8 library, 9 mode, 12 best, 20 required, 21 aim.
 
-results = exists("results") ? results : "bench/results"
+results = exists("results") ? results : "out/results"
 csv = sprintf("%s/peers.csv", results)
 if (exists("png")) {
   set terminal pngcairo size 1100, 760 font "sans,11" background "white"

@@ -9,6 +9,7 @@
 #include "scenes.h"
 #include "truth.h"
 #include "../embree.h"
+#include "../fresh.h"
 
 enum { MAX_ROUNDS = 64 };
 
@@ -139,7 +140,14 @@ static bool rivals(const pair *a, const pair *b) {
 
 /* >>modes ---------------------------------------------------------------------------------------------------------- */
 
-typedef enum runner { OURS_N, OURS_SOA, OURS_SINGLE, EMBREE } runner;
+typedef enum runner {
+  OURS_N,
+  OURS_SOA,
+  OURS_SINGLE,
+  OURS_FRESH,
+  EMBREE,
+  EMBREE_FRESH
+} runner; /* FRESH: see write_ray */
 typedef struct mode {
   const char *name;
   runner run;
@@ -148,24 +156,32 @@ typedef struct mode {
 
 #define PLAIN RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
 #define COHERENT RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-/* Embree's modes stand twice: as they are, and robust in the same order. */
-enum { SINGLE_OURS = 2, FIRST_EMBREE = 3, FIRST_ROBUST = 12, MODES = 21, WAYS = FIRST_ROBUST - FIRST_EMBREE };
-#define EMBREE_MODES(robust)                                                                              \
-  {"single" robust, EMBREE, {1, false, PLAIN}}, {"8" robust, EMBREE, {8, false, PLAIN}},                  \
-      {"8 coherent" robust, EMBREE, {8, false, COHERENT}}, {"16" robust, EMBREE, {16, false, PLAIN}},     \
+/* Embree's modes stand twice: as they are, and robust in the same order. Of each the first and the one after the last are
+   single calls, of rays that lie in memory and of fresh ones. */
+enum {
+  SINGLE_OURS = 2,
+  FRESH_OURS = 3,
+  FIRST_EMBREE = 4,
+  FIRST_ROBUST = 14,
+  MODES = 24,
+  WAYS = FIRST_ROBUST - FIRST_EMBREE - 1 /* but for that of fresh rays */
+};
+#define EMBREE_MODES(robust) \
+  {"single" robust, EMBREE, {1, false, PLAIN}}, {"8" robust, EMBREE, {8, false, PLAIN}}, \
+      {"8 coherent" robust, EMBREE, {8, false, COHERENT}}, {"16" robust, EMBREE, {16, false, PLAIN}}, \
       {"16 coherent" robust, EMBREE, {16, false, COHERENT}}, {"stream" robust, EMBREE, {1, true, PLAIN}}, \
-      {"stream coherent" robust, EMBREE, {1, true, COHERENT}},                                            \
-      {"arrays" robust, EMBREE, {EMBREE_ARRAYS, true, PLAIN}}, {                                          \
-    "arrays coherent" robust, EMBREE, { EMBREE_ARRAYS, true, COHERENT }                                   \
+      {"stream coherent" robust, EMBREE, {1, true, COHERENT}}, \
+      {"arrays" robust, EMBREE, {EMBREE_ARRAYS, true, PLAIN}}, \
+      {"arrays coherent" robust, EMBREE, {EMBREE_ARRAYS, true, COHERENT}}, { \
+    "fresh" robust, EMBREE_FRESH, { 1, false, PLAIN } \
   }
-static const mode modes[MODES] = {{"_n", OURS_N, {0, false, PLAIN}},
-                                  {"_soa", OURS_SOA, {0, false, PLAIN}},
-                                  {"single", OURS_SINGLE, {0, false, PLAIN}},
-                                  EMBREE_MODES(""),
-                                  EMBREE_MODES(" robust")};
+static const mode modes[MODES] = {{"_n", OURS_N, {0, false, PLAIN}}, {"_soa", OURS_SOA, {0, false, PLAIN}},
+    {"single", OURS_SINGLE, {0, false, PLAIN}}, {"fresh", OURS_FRESH, {0, false, PLAIN}}, EMBREE_MODES(""),
+    EMBREE_MODES(" robust")};
 
 static bool is_robust(int m) { return m >= FIRST_ROBUST; }
 static int first_like(int m) { return is_robust(m) ? FIRST_ROBUST : FIRST_EMBREE; } /* its single calls */
+static bool is_single(int m) { return m == first_like(m) || m == first_like(m) + WAYS; }
 
 typedef struct job { /* one kind of rays and room for all answers */
   ray_set r;
@@ -209,6 +225,15 @@ static embree_rays theirs_of(const job *j) {
   return r;
 }
 
+static void run_fresh(const pktrt_scene *s, const job *j, size_t first, size_t end) {
+  for (size_t i = first; i < end; i++) {
+    pktrt_ray ray;
+    write_ray(&j->r.ray[i], &ray);
+    if (j->occlusion) j->occluded[i] = pktrt_occluded(s, &ray);
+    else pktrt_intersect(s, &ray, &j->hit[i]);
+  }
+}
+
 static void run_ours(const pktrt_scene *s, runner run, const job *j, size_t first, size_t end) {
   const ray_set *r = &j->r;
   if (run == OURS_N && j->occlusion) {
@@ -226,6 +251,8 @@ static void run_ours(const pktrt_scene *s, runner run, const job *j, size_t firs
     hits.t += first, hits.u += first, hits.v += first, hits.mesh += first, hits.triangle += first;
     if (j->occlusion) pktrt_occluded_soa(s, &soa, j->occluded + first, end - first);
     else pktrt_intersect_soa(s, &soa, &hits, end - first);
+  } else if (run == OURS_FRESH) {
+    run_fresh(s, j, first, end);
   } else {
     for (size_t i = first; i < end; i++)
       if (j->occlusion) j->occluded[i] = pktrt_occluded(s, &r->ray[i]);
@@ -235,7 +262,7 @@ static void run_ours(const pktrt_scene *s, runner run, const job *j, size_t firs
 
 /* The answer for ray i as one number: its t, 0 if only occlusion was asked; infinity on a miss. */
 static float answer_of(const job *j, const mode *m, size_t i) {
-  if (m->run == EMBREE) {
+  if (m->run >= EMBREE) {
     const embree_rays r = theirs_of(j);
     return embree_answer(&r, m->way.width, i);
   }
@@ -268,6 +295,7 @@ static double run_timed(const pair *p, int which, const job *j, double *least) {
     const size_t end = r.count - i < PART ? r.count : i + PART;
     const double start = cpu_seconds();
     if (m->run == EMBREE) embree_trace(is_robust(which) ? p->robust : p->theirs, &m->way, &r, i, end);
+    else if (m->run == EMBREE_FRESH) embree_trace_fresh(is_robust(which) ? p->robust : p->theirs, &r, i, end);
     else run_ours(p->ours, m->run, j, i, end);
     const double seconds = cpu_seconds() - start;
     sum += seconds;
@@ -282,7 +310,7 @@ static bool exists(const pair *p, int m, bool occlusion) {
   const embree_way *way = &modes[m].way;
   const bool narrow = p->isa != PKTRT_ISA_AVX512 || way->width == 8;
   const bool stuck = p->instanced && occlusion && way->flags == COHERENT && !narrow;
-  return modes[m].run != EMBREE || (p->device && !stuck && (!is_robust(m) || p->robust));
+  return modes[m].run < EMBREE || (p->device && !stuck && (!is_robust(m) || p->robust));
 }
 
 static bool has_run(const figure *f) { return !isinf(f->best); } /* in the first round */
@@ -305,7 +333,7 @@ static bool among_fastest(const double seconds[MODES], int m, int most) {
   const int first = first_like(m);
   int faster = 0;
   for (int k = first; k < first + WAYS; k++) faster += seconds[k] < seconds[m];
-  return m == first || faster < most;
+  return is_single(m) || faster < most;
 }
 
 /* Tells which modes of a pair are worth all rays: all of ours, and the fastest of Embree's for some of them. */
@@ -344,7 +372,7 @@ static bool behind(const pair *pairs, unsigned count, figures f, unsigned p, int
   for (int k = 0; k < MODES; k++) own[k] = f[p][k].best;
   for (unsigned q = 0; q < count; q++)
     for (int i = 0; i < WAYS && rivals(&pairs[p], &pairs[q]); i++)
-      if (m != first_like(m) || i == 0) best = fmin(best, f[q][first_like(m) + i].best);
+      best = fmin(best, f[q][is_single(m) ? m : first_like(m) + i].best);
   return own[m] > best * (round == 0 ? 1.4 : round == 1 ? 1.2 : 1.1) || !among_fastest(own, m, is_robust(m) ? 2 : 3);
 }
 
@@ -445,8 +473,8 @@ static size_t contradictions(unsigned count, const job *j) {
 
 /* Embree's fastest of some modes, from the first, against pair p, by their best, of those that ran in all rounds, as ours
    did; *of: whose it is. */
-static const figure *embree_best(figures f, const pair *pairs, unsigned p, unsigned count, int first, int some,
-                                 unsigned *of) {
+static const figure *embree_best(
+    figures f, const pair *pairs, unsigned p, unsigned count, int first, int some, unsigned *of) {
   const figure *best = NULL;
   for (unsigned q = 0; q < count; q++)
     for (int m = first; m < first + some && rivals(&pairs[p], &pairs[q]); m++)
@@ -456,18 +484,18 @@ static const figure *embree_best(figures f, const pair *pairs, unsigned p, unsig
 }
 
 static row *ratio_row(report *to, const stage *g, const setting *how, const pair *p, const char *what, const char *of,
-                      double median, double best) {
+    double median, double best) {
   row *r = add_row(to, g, how->name, pktrt_isa_string(p->isa), what, "ratio", of, "");
   r->median = median, r->best = best;
   return r;
 }
 
-static void add_modes(report *to, const stage *g, const setting *how, const pair *p, const char *what, size_t rays_run,
-                      figure f[MODES]) {
+static void add_modes(
+    report *to, const stage *g, const setting *how, const pair *p, const char *what, size_t rays_run, figure f[MODES]) {
   for (int m = 0; m < MODES; m++) {
     if (isinf(f[m].best)) continue;
     row *r = add_row(to, g, how->name, pktrt_isa_string(p->isa), what, m < FIRST_EMBREE ? "pktrt" : "Embree",
-                     modes[m].name, "Mrays/s");
+        modes[m].name, "Mrays/s");
     r->rays = rays_run, r->rounds = f[m].rounds;
     r->median = 1e-6 * (double)rays_run / f[m].median, r->best = 1e-6 * (double)rays_run / f[m].best;
     r->disagree = f[m].disagree, r->band = f[m].band;
@@ -477,7 +505,7 @@ static void add_modes(report *to, const stage *g, const setting *how, const pair
 
 /* Rays that Embree's mode e disagrees on, of n. */
 static void add_hits(report *to, const stage *g, const setting *how, const pair *p, const char *what, const char *of,
-                     const figure *e, size_t n) {
+    const figure *e, size_t n) {
   row *hits = ratio_row(to, g, how, p, what, of, (double)e->disagree / (double)n, 0);
   hits->rays = n, hits->disagree = e->disagree, hits->band = e->band;
   hits->theirs_wrong = e->theirs_wrong, hits->ours_wrong = e->ours_wrong;
@@ -485,32 +513,37 @@ static void add_hits(report *to, const stage *g, const setting *how, const pair 
 }
 
 typedef struct
-    rivalry { /* Embree's fastest modes against a pair: of all, whose it is, and of single calls; and ratios */
-  const figure *many, *single;
+    rivalry { /* Embree's fastest modes against a pair: of all, whose it is, and of single calls, also of fresh rays; and ratios */
+  const figure *many, *single, *fresh;
   unsigned at;
-  double ratio, single_ratio; /* by the best */
+  double ratio, single_ratio, fresh_ratio; /* by the best */
 } rivalry;
 
 /* The rows of Embree's plain modes, or of its robust ones: false, and none, if these were not raced. */
 static bool add_ratios(report *to, const stage *g, const setting *how, const pair *pairs, unsigned p, unsigned count,
-                       const char *what, size_t n, bool robust, figures f, rivalry *r) {
+    const char *what, size_t n, bool robust, figures f, rivalry *r) {
   const int first = robust ? FIRST_ROBUST : FIRST_EMBREE;
   unsigned at = 0;
   r->many = embree_best(f, pairs, p, count, first, WAYS, &r->at);
   r->single = embree_best(f, pairs, p, count, first, 1, &at);
-  if (!r->many || !r->single) return false;
-  const figure *ours = f[p][0].best < f[p][1].best ? &f[p][0] : &f[p][1], *single = &f[p][SINGLE_OURS];
+  r->fresh = embree_best(f, pairs, p, count, first + WAYS, 1, &at);
+  if (!r->many || !r->single || !r->fresh) return false;
+  const figure *ours = f[p][0].best < f[p][1].best ? &f[p][0] : &f[p][1], *single = &f[p][SINGLE_OURS],
+               *fresh = &f[p][FRESH_OURS];
   r->ratio = r->many->best / ours->best, r->single_ratio = r->single->best / single->best;
+  r->fresh_ratio = r->fresh->best / fresh->best;
   ratio_row(to, g, how, &pairs[p], what, robust ? "many robust" : "many", r->many->median / ours->median, r->ratio);
   ratio_row(to, g, how, &pairs[p], what, robust ? "single robust" : "single", r->single->median / single->median,
-            r->single_ratio);
+      r->single_ratio);
+  ratio_row(
+      to, g, how, &pairs[p], what, robust ? "fresh robust" : "fresh", r->fresh->median / fresh->median, r->fresh_ratio);
   add_hits(to, g, how, &pairs[p], what, robust ? "hits robust" : "hits", r->many, n);
   return true;
 }
 
 /* All of one kind and pair: rows, and a line for who is watching. */
 static void add_figures(report *to, const stage *g, const setting *how, const pair *pairs, unsigned p, unsigned count,
-                        kind k, size_t n, figures f) {
+    kind k, size_t n, figures f) {
   const char *what = kind_names[k], *isa = pktrt_isa_string(pairs[p].isa);
   const double mega = 1e-6 * (double)n;
   rivalry plain, robust;
@@ -519,14 +552,16 @@ static void add_figures(report *to, const stage *g, const setting *how, const pa
   if (!add_ratios(to, g, how, pairs, p, count, what, n, false, f, &plain)) return;
   ratio_row(to, g, how, &pairs[p], what, "_n/_soa", f[p][1].median / f[p][0].median, f[p][1].best / f[p][0].best);
   snprintf(name, sizeof name, "%s %s", modes[plain.at % MODES].name, pktrt_isa_string(pairs[plain.at / MODES].isa));
-  printf("  %-18s %-6s %7zu | %6.2f %-22s | _n %6.2f  _soa %6.2f  %5.2f | single %5.2f %5.2f  %5.2f | %zu\n", what, isa,
-         n, mega / plain.many->best, name, mega / f[p][0].best, mega / f[p][1].best, plain.ratio,
-         mega / plain.single->best, mega / f[p][SINGLE_OURS].best, plain.single_ratio, plain.many->disagree);
+  printf(
+      "  %-18s %-6s %7zu | %6.2f %-22s | _n %6.2f  _soa %6.2f  %5.2f | single %5.2f %5.2f  %5.2f, fresh %5.2f | %zu\n",
+      what, isa, n, mega / plain.many->best, name, mega / f[p][0].best, mega / f[p][1].best, plain.ratio,
+      mega / plain.single->best, mega / f[p][SINGLE_OURS].best, plain.single_ratio, plain.fresh_ratio,
+      plain.many->disagree);
   if (add_ratios(to, g, how, pairs, p, count, what, n, true, f, &robust)) {
     snprintf(name, sizeof name, "%s %s", modes[robust.at % MODES].name, pktrt_isa_string(pairs[robust.at / MODES].isa));
-    printf("  %-18s %-6s         | %6.2f %-29s                 %5.2f | single %5.2f        %5.2f | %zu\n", what, isa,
-           mega / robust.many->best, name, robust.ratio, mega / robust.single->best, robust.single_ratio,
-           robust.many->disagree);
+    printf("  %-18s %-6s         | %6.2f %-29s                 %5.2f | single %5.2f        %5.2f, fresh %5.2f | %zu\n",
+        what, isa, mega / robust.many->best, name, robust.ratio, mega / robust.single->best, robust.single_ratio,
+        robust.fresh_ratio, robust.many->disagree);
   }
   fflush(stdout);
 }

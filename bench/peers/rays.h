@@ -81,7 +81,7 @@ static void aim(const float light[3], bool from_light, pktrt_ray *r) {
 
 /* The ray of kind k that leaves a hit, the i-th of its kind; false: there is none. */
 static bool make_secondary(const stage *g, const pktrt_scene *world, kind k, size_t i, const pktrt_ray *from,
-                           const pktrt_hit *hit, pktrt_ray *out) {
+    const pktrt_hit *hit, pktrt_ray *out) {
   float n[3], d[3];
   if (hit->mesh == PKTRT_NONE) return false;
   memcpy(n, hit->normal, sizeof n);

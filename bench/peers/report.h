@@ -44,7 +44,7 @@ typedef struct report {
 } report;
 
 static row *add_row(report *to, const stage *g, const char *set, const char *isa, const char *what, const char *library,
-                    const char *mode, const char *unit) {
+    const char *mode, const char *unit) {
   if (to->count == to->room) {
     to->room = to->room ? 2 * to->room : 1024;
     to->rows = (row *)realloc(to->rows, to->room * sizeof(row));
@@ -67,11 +67,11 @@ static row *add_values(row *r, double *values, unsigned n) {
 
 /* >>classes -------------------------------------------------------------------------------------------------------- */
 
-typedef enum goal_class {          /* what is demanded depends on the machine */
-                          CLASS_Z, /* AVX-512 kernels on AMD's Zen 5 and later */
-                          CLASS_I, /* AVX-512 kernels on Intel's */
-                          CLASS_A, /* AVX2 kernels against Embree's on AMD's; of that, less on Intel's */
-                          CLASSES
+typedef enum goal_class { /* what is demanded depends on the machine */
+  CLASS_Z,                /* AVX-512 kernels on AMD's Zen 5 and later */
+  CLASS_I,                /* AVX-512 kernels on Intel's */
+  CLASS_A,                /* AVX2 kernels against Embree's on AMD's; of that, less on Intel's */
+  CLASSES
 } goal_class;
 #define ON_INTEL 0.8 /* of class A */
 
@@ -138,13 +138,14 @@ typedef struct line {         /* something that is told, and may have to be reac
 #define REST "at rest"
 #define MOVES "moving 1%"
 #define HIGH "at rest high"
-#define ALIKE(required, aim)                            \
-  {                                                     \
+#define FEW "few triangles"
+#define ALIKE(required, aim) \
+  { \
     {required, aim}, {required, aim}, { required, aim } \
   } /* of all classes */
 #define FREE_OF_GOALS ALIKE(0, 0)
-#define ROBUST                         \
-  {                                    \
+#define ROBUST \
+  { \
     {1, 1.3}, {0.9, 1.2}, { 1.1, 1.4 } \
   }
 /* clang-format off */
@@ -158,6 +159,12 @@ static const line lines[] = { /* required and aim of the classes Z, I, A */
   {"ambient occlusion",             REST,  BIT(AO),         NULL,  "many",       MEAN,  {{0.95, 1.2}, {0.92, 1.15}, {1.1, 1.3}}},
   {"single calls, closest",         REST,  CLOSEST,         NULL,  "single",     MEAN,  {{0.82, 1}, {0.75, 0.95}, {0.85, 1}}},
   {"single calls, occlusion",       REST,  OCCLUSION,       NULL,  "single",     MEAN,  {{0.9, 1.05}, {0.83, 1}, {0.9, 1.05}}},
+  {"single calls, stored rays",     REST,  ALL_KINDS,       NULL,  "single",     MEAN,  ALIKE(0.95, 1.05)},
+  {"single calls, fresh rays",      REST,  ALL_KINDS,       NULL,  "fresh",      MEAN,  ALIKE(0.95, 1.05)},
+  {"few triangles, a miss: stored ray (less is better)", FEW, 0, "miss", "single", TIME, ALIKE(1.4, 1.1)},
+  {"few triangles, a miss: fresh ray (less is better)",  FEW, 0, "miss", "fresh",  TIME, ALIKE(1.4, 1.1)},
+  {"few triangles, a hit: stored ray (less is better)",  FEW, 0, "hit",  "single", TIME, ALIKE(1.9, 1.4)},
+  {"few triangles, a hit: fresh ray (less is better)",   FEW, 0, "hit",  "fresh",  TIME, ALIKE(1.9, 1.4)},
   {"moving: primary",               MOVES, BIT(PRIMARY),    NULL,  "many",       MEAN,  {{4.5, 6}, {3.3, 4.5}, {3.5, 4.5}}},
   {"moving: shadow from surface",   MOVES, BIT(SHADOW),     NULL,  "many",       MEAN,  {{1.9, 2.5}, {1.7, 2.1}, {1.8, 2.2}}},
   {"moving: shadow from light",     MOVES, BIT(FROM_LIGHT), NULL,  "many",       MEAN,  {{1.9, 2.5}, {1.7, 2.1}, {1.8, 2.2}}},
@@ -439,8 +446,9 @@ static bool opens_block(const report *in, size_t i) {
 }
 
 /* Of its two ways to trace many rays, the faster. */
-static double our_speed(const report *in, const row *like, const char *what, bool many) {
-  const row *a = find_row(in, like, what, "pktrt", many ? "_n" : "single");
+static double our_speed(const report *in, const row *like, const char *what, const char *style) {
+  const bool many = !strcmp(style, "many");
+  const row *a = find_row(in, like, what, "pktrt", many ? "_n" : style);
   const row *b = many ? find_row(in, like, what, "pktrt", "_soa") : a;
   return a && b ? fmax(a->best, b->best) : 0;
 }
@@ -460,9 +468,10 @@ static bool has_line(const report *to, size_t i, const char *style) {
   return some;
 }
 
-/* With the ratio to Embree's robust modes beside it, where these were raced. */
+/* For the calls of that style: "many", "single" or "fresh". With the ratio to Embree's robust modes beside it, where these were raced. */
 static void say_speeds(const report *to, const char *style, const char *head) {
-  const bool many = !strcmp(style, "many");
+  char beside[32];
+  snprintf(beside, sizeof beside, "%s robust", style);
   say_head(to, head, "| kernels |", "|---|---|---|");
   for (size_t i = 0; i < to->count; i++) {
     if (!has_line(to, i, style)) continue;
@@ -470,8 +479,8 @@ static void say_speeds(const report *to, const char *style, const char *head) {
     say(&to->out, "| %s | %s | %s |", x->scene, x->setting, x->isa);
     for (int k = 0; k < KINDS; k++) {
       const row *r = find_row(to, x, kind_names[k], "ratio", style),
-                *robust = find_row(to, x, kind_names[k], "ratio", many ? "many robust" : "single robust");
-      if (r) say(&to->out, " %.1f: **%.2f**", our_speed(to, x, kind_names[k], many), r->best);
+                *robust = find_row(to, x, kind_names[k], "ratio", beside);
+      if (r) say(&to->out, " %.1f: **%.2f**", our_speed(to, x, kind_names[k], style), r->best);
       if (robust) say(&to->out, ", %.2f", robust->best);
       say(&to->out, " |");
     }
@@ -482,9 +491,9 @@ static void say_speeds(const report *to, const char *style, const char *head) {
 
 static void say_limits(const report *to) {
   say_head(to,
-           "Limits, in per cent of the time of pktrt's `_n`: tests, by what they cost in the first cache / settling in "
-           "double, at most / what tests of triangles that lose no ray cost more than Kensler and Shirley's, fused.",
-           "kernels |", "|---|---|");
+      "Limits, in per cent of the time of pktrt's `_n`: tests, by what they cost in the first cache / settling in "
+      "double, at most / what tests of triangles that lose no ray cost more than Kensler and Shirley's, fused.",
+      "kernels |", "|---|---|");
   for (size_t i = 0; i < to->count; i++) {
     if (!has_line(to, i, "tests")) continue;
     const row *x = &to->rows[i];
@@ -502,8 +511,8 @@ static void say_limits(const report *to) {
   say(&to->out, "\n");
 }
 
-static void say_cell(const report *to, const row *like, const char *what, const char *library, const char *mode,
-                     const char *format) {
+static void say_cell(
+    const report *to, const row *like, const char *what, const char *library, const char *mode, const char *format) {
   const row *r = find_row(to, like, what, library, mode);
   say(&to->out, " ");
   if (r && !strcmp(format, "%.2f")) say(&to->out, "%.2f", r->best);

@@ -7,7 +7,7 @@
 
 #include "../bench.h"
 #define PKTRT_IMPLEMENTATION
-#define PKTRT__ALSO_STAMP "bench/peers/limits_stamp.h"
+#define PK_ALSO_STAMP "bench/peers/limits_stamp.h"
 #include "../../pktrt.h"
 #include "../../examples/mesh_file.h"
 #include "../../examples/scenes.h"
@@ -131,7 +131,7 @@ static bool load_meshes(const char *path, scene *s, bool *soup) {
   stage_room(s, ok ? world->mesh_count : 0);
   *soup = true;
   for (size_t i = 0; i < s->mesh_count; i++) {
-    const pktrt__mesh *from = &world->meshes[i];
+    const pk_mesh *from = &world->meshes[i];
     scene_mesh *m = &s->meshes[i];
     mesh_room(m, from->vertex_count, from->triangle_count);
     *soup = *soup && !from->indices;
@@ -227,8 +227,8 @@ static float free_way(const pktrt_scene *world, const float from[3], const float
 }
 
 /* From the middle, to where one sees farthest along the floor. */
-static void view_inside(const stage *g, const pktrt_scene *world, pktrt_camera *c, const double middle[3],
-                        int vertical) {
+static void view_inside(
+    const stage *g, const pktrt_scene *world, pktrt_camera *c, const double middle[3], int vertical) {
   float best = -1;
   for (int a = 0; a < 3; a++) c->eye[a] = (float)middle[a];
   for (int i = 0; i < 16; i++) {

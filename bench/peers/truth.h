@@ -60,8 +60,8 @@ typedef struct corners {
 } corners;
 
 /* Whether a triangle lies aside of the ray by more than `slack`, which is that of the whole scene: most do. */
-static bool aside(const scene_mesh *m, const uint32_t *index, const pktrt_ray *r, double time, const shear *s,
-                  double slack) {
+static bool aside(
+    const scene_mesh *m, const uint32_t *index, const pktrt_ray *r, double time, const shear *s, double slack) {
   const size_t key = m->key_count > 1 ? (size_t)m->vertex_count * 3 : 0;
   double x[3], y[3];
   for (int i = 0; i < 3; i++) {
@@ -76,8 +76,8 @@ static bool aside(const scene_mesh *m, const uint32_t *index, const pktrt_ray *r
 }
 
 /* false: it lies aside by far. placed: of an instance. */
-static bool sheared(const scene_mesh *m, const uint32_t *index, bool placed, const pktrt_ray *r, const shear *s,
-                    corners *out) {
+static bool sheared(
+    const scene_mesh *m, const uint32_t *index, bool placed, const pktrt_ray *r, const shear *s, corners *out) {
   const double e = 1.0 / 16777216, time = fmin(fmax((double)r->time, 0), 1);
   const size_t key = (size_t)m->vertex_count * 3;
   double largest = 0, coordinate = 0;

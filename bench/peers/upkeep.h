@@ -15,7 +15,7 @@
 
 /* Times of both libraries in seconds, and their ratio. */
 static void add_times(report *to, const stage *g, const setting *how, const pair *p, const char *what, double *ours,
-                      double *theirs, unsigned rounds) {
+    double *theirs, unsigned rounds) {
   const char *isa = pktrt_isa_string(p->isa);
   row *r = add_values(add_row(to, g, how->name, isa, what, "pktrt", "time", "ms"), ours, rounds);
   const double median = r->median, best = r->best;
@@ -42,14 +42,14 @@ static void add_bytes(report *to, const stage *g, const setting *how, const pair
 }
 
 /* again: it has been built otherwise, and its bytes are known. */
-static void add_trees(report *to, const stage *g, const setting *how, pair *pairs, unsigned count, unsigned rounds,
-                      bool again) {
+static void add_trees(
+    report *to, const stage *g, const setting *how, pair *pairs, unsigned count, unsigned rounds, bool again) {
   for (unsigned i = 0; i < count; i++) {
     pair *p = &pairs[i];
     add_times(to, g, how, p, g->soup ? "build soup" : "build", p->our_time, p->their_time, rounds);
     if (!again) add_bytes(to, g, how, p);
     printf("  build%s %s: pktrt %.1f ms", g->soup ? " soup" : "", pktrt_isa_string(p->isa),
-           1e3 * median_of(p->our_time, rounds));
+        1e3 * median_of(p->our_time, rounds));
     if (p->device) printf(", Embree %.1f ms", 1e3 * median_of(p->their_time, rounds));
     printf("\n");
   }
@@ -211,8 +211,8 @@ static double sum_of_least(const double *least) {
   return sum;
 }
 
-static void add_order(report *to, const options *o, const stage *g, const setting *how, const pair *p, order in,
-                      job *j) {
+static void add_order(
+    report *to, const options *o, const stage *g, const setting *how, const pair *p, order in, job *j) {
   static const size_t calls[] = {0, 1, 2, 7, 16, 64, 1000, 1000000};
   enum { CALLS = sizeof calls / sizeof *calls };
   const unsigned rounds = o->rounds + 2 <= MAX_ROUNDS ? o->rounds + 2 : o->rounds; /* the worst of all counts */
@@ -222,11 +222,11 @@ static void add_order(report *to, const options *o, const stage *g, const settin
     for (int c = 0; c < CALLS; c++) seconds[c][r] = run_in_calls(p->ours, j, calls[c], least[c]);
   const double single = median_of(seconds[0], rounds), single_best = sum_of_least(least[0]);
   printf("  %-11s %-6s %-9s single %5.2f, _n:", order_names[in], pktrt_isa_string(p->isa),
-         j->occlusion ? "occlusion" : "closest", 1e-6 * (double)j->r.count / single);
+      j->occlusion ? "occlusion" : "closest", 1e-6 * (double)j->r.count / single);
   for (int c = 1; c < CALLS; c++) {
     char what[32];
     snprintf(what, sizeof what, "%s %s %zu", order_names[in], j->occlusion ? "any" : "closest",
-             calls[c] < j->r.count ? calls[c] : j->r.count);
+        calls[c] < j->r.count ? calls[c] : j->r.count);
     const double many = median_of(seconds[c], rounds), ratio = single_best / sum_of_least(least[c]);
     row *r = ratio_row(to, g, how, p, what, "_n/single", single / many, ratio);
     r->rays = j->r.count, r->rounds = rounds;
@@ -238,7 +238,7 @@ static void add_order(report *to, const options *o, const stage *g, const settin
 
 /* On a scene that stands built: calls for n rays at a time, over single calls. */
 static void add_orders(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
-                       unsigned count, const sources *s, job *j) {
+    unsigned count, const sources *s, job *j) {
   for (int in = 0; in < ORDERS; in++) {
     make_order(g, pairs[0].ours, (order)in, s, &j->r);
     for (unsigned p = 0; p < count; p++)
@@ -299,8 +299,8 @@ static double time_picture(pktrt_scene *world, const stage *g, float *pixels, un
   return ex_seconds() - start;
 }
 
-static void work(const stage *g, pktrt_isa isa, unsigned workers, float *pixels, unsigned size, double *build,
-                 double *render) {
+static void work(
+    const stage *g, pktrt_isa isa, unsigned workers, float *pixels, unsigned size, double *build, double *render) {
   ex_threads threads = ex_threads_of(workers);
   pktrt_scene *world = open_world(g, isa, &threads);
   *build = time_build(world), *render = time_picture(world, g, pixels, size);
@@ -308,8 +308,8 @@ static void work(const stage *g, pktrt_isa isa, unsigned workers, float *pixels,
   ex_threads_stop(&threads);
 }
 
-static void add_workers(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
-                        unsigned count) {
+static void add_workers(
+    report *to, const options *o, const stage *g, const setting *how, const pair *pairs, unsigned count) {
   double build[2][MAX_ROUNDS], render[2][MAX_ROUNDS];
   const unsigned size = o->size;
   float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
@@ -335,19 +335,19 @@ static void add_workers(report *to, const options *o, const stage *g, const sett
 /* Clock reads around the kernel that sets up, traces and resolves rays, of a scene whose kernels are replaced so. The
    rest of a render is shading, and half of what reading the clock takes. */
 static struct {
-  void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t, uint32_t);
+  void (*trace)(const pk_query *, pk_batch *, uint32_t, uint32_t);
   double seconds;
 } traced;
 
-static void trace_by_clock(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
+static void trace_by_clock(const pk_query *call, pk_batch *b, uint32_t begin, uint32_t end) {
   const double start = ex_seconds();
   traced.trace(call, b, begin, end);
   traced.seconds += ex_seconds() - start;
 }
 
 /* Of the time of a picture by Whitted's mode, with one worker. */
-static void add_shading(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
-                        unsigned count) {
+static void add_shading(
+    report *to, const options *o, const stage *g, const setting *how, const pair *pairs, unsigned count) {
   const unsigned size = o->size;
   float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
   ex_threads alone = ex_threads_of(1);
@@ -355,7 +355,7 @@ static void add_shading(report *to, const options *o, const stage *g, const sett
     pktrt_scene *world = open_world(g, pairs[p].isa, &alone);
     double share[MAX_ROUNDS], rest[MAX_ROUNDS];
     (void)time_build(world);
-    pktrt__kernel_table kernels = *world->kernels;
+    pk_kernel_table kernels = *world->kernels;
     traced.trace = kernels.trace, kernels.trace = trace_by_clock, world->kernels = &kernels;
     for (unsigned r = 0; r < o->rounds; r++) {
       traced.seconds = 0;
@@ -366,7 +366,7 @@ static void add_shading(report *to, const options *o, const stage *g, const sett
     const double median = median_of(share, o->rounds);
     ratio_row(to, g, how, &pairs[p], "render", "shading", median, median)->rounds = o->rounds;
     printf("  shading, %s: %.1f%% of a render, %.0f ns per sample\n", pktrt_isa_string(pairs[p].isa), 1e2 * median,
-           1e9 * median_of(rest, o->rounds) / ((double)size * size));
+        1e9 * median_of(rest, o->rounds) / ((double)size * size));
   }
   free(pixels);
 }

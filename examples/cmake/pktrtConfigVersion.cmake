@@ -1,5 +1,5 @@
 # Tells find_package(pktrt VERSION) whether this pktrt will do. While the major version is 0, a new minor version may ask for
-# changes in programs (>>changes in the header): 0.19.3 will do for those that ask for 0.19 or 0.19.1, not for 0.18 or 0.20. From
+# changes in programs (Versions in examples/manual.md): 0.19.3 will do for those that ask for 0.19 or 0.19.1, not for 0.18 or 0.20. From
 # 1.0 on the major version decides. A range, such as 0.18...0.30, is taken literally. The version is that of the header.
 get_filename_component(_pktrt_here "${CMAKE_CURRENT_LIST_DIR}" REALPATH)
 set(_pktrt_header "${_pktrt_here}/../../pktrt.h")

@@ -14,7 +14,7 @@ typedef struct lamp {
 /* What a surface gets of a light, as the answer has it; where that is not the library's, the tally knows. `pixel` is
    what sees it. */
 static vec light_of(const course_scene *s, const pktrt_scene *library, const lamp *l, vec point, vec normal,
-                    uint32_t pixel, course_tally *tally) {
+    uint32_t pixel, course_tally *tally) {
   const vec way = vec_sub(l->at, point);
   const float cosine = vec_dot(normal, way) / sqrtf(vec_dot(way, way));
   if (cosine < 0) normal = vec_scale(normal, -1);
@@ -23,7 +23,7 @@ static vec light_of(const course_scene *s, const pktrt_scene *library, const lam
   const bool mine = in_shadow(s, point, normal, l->at);
   if (!course_same_occlusion(s, ray, mine, course_library_occluded(library, ray), tally) && tally->different == 1)
     printf("  the point: (%.7g, %.7g, %.7g), in column %u and row %u of the picture\n", (double)point.at[0],
-           (double)point.at[1], (double)point.at[2], (unsigned)pixel % WIDTH, (unsigned)pixel / WIDTH);
+        (double)point.at[1], (double)point.at[2], (unsigned)pixel % WIDTH, (unsigned)pixel / WIDTH);
   return vec_scale(l->colour, mine ? 0 : fmaxf(cosine, 0) / vec_dot(way, way));
 }
 

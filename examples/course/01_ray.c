@@ -75,7 +75,7 @@ int main(void) {
   course_picture_write(&picture, "out/course/01_depth.png");
 
   printf("01_ray: %u rays, %u triangles: %.0f million tests; %u rays hit something\n", WIDTH * HEIGHT,
-         (unsigned)scene.triangles, (double)tally.rays * scene.triangles / 1e6, (unsigned)hits);
+      (unsigned)scene.triangles, (double)tally.rays * scene.triangles / 1e6, (unsigned)hits);
   course_tally_print(&tally);
   pktrt_scene_destroy(library);
   return tally.different != 0;

@@ -44,7 +44,7 @@ static uint32_t build(tree *t, split *divide, uint32_t first, uint32_t count) {
 static tree tree_make(const course_scene *scene, split *divide) {
   const uint32_t n = scene->triangles;
   tree t = {scene, (course_box *)course_memory(n, sizeof *t.box), (uint32_t *)course_memory(n, sizeof *t.order),
-            (node *)course_memory(2 * n, sizeof *t.node), 0};
+      (node *)course_memory(2 * n, sizeof *t.node), 0};
   for (uint32_t i = 0; i < n; i++) t.order[i] = i, t.box[i] = course_box_of(scene, i);
   build(&t, divide, 0, n);
   return t;
@@ -107,7 +107,7 @@ static void draw(const tree *t, svg *s, uint32_t index, uint32_t parent, int lev
   svg_box(s, left, top, left + wide * n->count, top + 16, colour, "#444");
   if (level % 2)
     svg_box(s, x + scale * (double)n->box.lo.at[0], z + scale * (double)n->box.lo.at[2],
-            x + scale * (double)n->box.hi.at[0], z + scale * (double)n->box.hi.at[2], NULL, "#05a");
+        x + scale * (double)n->box.hi.at[0], z + scale * (double)n->box.hi.at[2], NULL, "#05a");
   for (int i = 0; i < 2 && n->child[0] && level < 7; i++) draw(t, s, n->child[i], index, level + 1);
 }
 
@@ -141,7 +141,7 @@ int main(void) {
   course_picture_write(&picture, "out/course/02_heat.png");
   if (!draw_tree(&t, "out/course/02_tree.svg")) return 1;
   printf("02_bvh: %u triangles, %u nodes; a ray meets %.1f boxes and %.1f triangles\n", (unsigned)scene.triangles,
-         (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);
+      (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);
   course_print_by_hit(boxes, triangle, RAYS);
   course_tally_print(&tally);
   pktrt_scene_destroy(library);

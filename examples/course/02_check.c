@@ -50,7 +50,7 @@ static double try_tree(const char *name, const tree *t, const pktrt_scene *libra
     course_same_hit(t->scene, ray, &hit, &theirs, tally);
   }
   printf("%s: %u nodes, %.1f boxes and %.1f triangles per ray\n", name, (unsigned)t->nodes,
-         (double)all.boxes / (2 * RAYS), (double)all.triangles / (2 * RAYS));
+      (double)all.boxes / (2 * RAYS), (double)all.triangles / (2 * RAYS));
   return (double)all.boxes / (2 * RAYS);
 }
 

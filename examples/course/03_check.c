@@ -20,7 +20,7 @@ const pktrt_node *open_node(uint32_t index) {
 
 /* WHY 1.02: what roundings may change. Without the third step of the exercise more nodes are opened than that. */
 static const char *check(const char *what, const course_scene *scene, const pktrt_scene *library,
-                         const course_ray *rays, uint32_t n, double most) {
+    const course_ray *rays, uint32_t n, double most) {
   course_tally tally = {0, 0, 0};
   uint32_t hits = 0;
   opened = 0;
@@ -31,7 +31,7 @@ static const char *check(const char *what, const course_scene *scene, const pktr
   }
   const double each = (double)opened / n;
   printf("%s: %u rays, %u of which hit something; %u answers differ, %u more are excused at edges\n", what, (unsigned)n,
-         (unsigned)hits, (unsigned)tally.different, (unsigned)tally.excused);
+      (unsigned)hits, (unsigned)tally.different, (unsigned)tally.excused);
   printf("%s: a ray opens %.3f nodes below the root; %.3f are allowed\n", what, each, 1.02 * most);
   return tally.different ? "hits differ from the library's" : each > 1.02 * most ? "too many nodes are opened" : NULL;
 }

@@ -78,7 +78,7 @@ static void draw_section(const course_scene *scene, const pktrt_node *nodes) {
   section_end(&s);
   if (!svg_end(&drawing)) exit(1);
   printf("  the ray of the section hits triangle %u at t = %.3f; it opens %u nodes, tests %u boxes and %u triangles\n",
-         (unsigned)hit.triangle, (double)hit.t, (unsigned)work.opened, (unsigned)work.boxes, (unsigned)work.triangles);
+      (unsigned)hit.triangle, (double)hit.t, (unsigned)work.opened, (unsigned)work.boxes, (unsigned)work.triangles);
 }
 
 /* Nodes opened for each pixel: left by the walk above, right by the library. */
@@ -100,10 +100,10 @@ static void draw_heat(const course_scene *scene, const pktrt_node *nodes, const 
     }
   const double rays = (double)same.rays;
   printf("  %u rays of the camera: %u hits differ from the library's, %u of them at edges\n", (unsigned)same.rays,
-         (unsigned)(same.different + same.excused), (unsigned)same.excused);
+      (unsigned)(same.different + same.excused), (unsigned)same.excused);
   printf("  in an order that knows nothing of it a ray opens %.2f nodes, at most %u, tests %.1f boxes and %.1f "
          "triangles\n",
-         (double)work.opened / rays, (unsigned)most, (double)work.boxes / rays, (double)work.triangles / rays);
+      (double)work.opened / rays, (unsigned)most, (double)work.boxes / rays, (double)work.triangles / rays);
   printf("  the library opens %.2f nodes for a ray traced alone\n", (double)theirs / rays);
   course_picture_write(&picture, "out/course/03_heat.png");
 }
@@ -117,7 +117,7 @@ int main(void) {
     for (int k = 0; k < 8; k++)
       if (nodes[i].child[k] != PKTRT_NONE) children++, leaves += nodes[i].leaf[k];
   printf("03_walk: %u triangles in a tree of %u nodes and %u leaves; a node has %.2f children\n",
-         (unsigned)scene.triangles, (unsigned)count, (unsigned)leaves, (double)children / count);
+      (unsigned)scene.triangles, (unsigned)count, (unsigned)leaves, (double)children / count);
   draw_section(&scene, nodes);
   draw_heat(&scene, nodes, library);
   pktrt_scene_destroy(library);

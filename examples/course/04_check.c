@@ -3,7 +3,7 @@
 #include "course.h"
 
 void trace_packet(const course_scene *scene, const pktrt_node *nodes, const course_ray *rays, course_hit *hits,
-                  uint32_t n, course_log *log);
+    uint32_t n, course_log *log);
 
 enum { WIDTH = 256, HEIGHT = 192, MOST = 256 };
 
@@ -31,7 +31,7 @@ static uint32_t general_packet(course_ray *rays, uint32_t i) {
 }
 
 static const char *check(const char *what, uint32_t (*make)(course_ray *, uint32_t), uint32_t packets,
-                         const course_scene *scene, const pktrt_scene *library, const pktrt_node *nodes) {
+    const course_scene *scene, const pktrt_scene *library, const pktrt_node *nodes) {
   course_log mine = {NULL, 0, 0}, theirs = {NULL, 0, 0};
   course_tally hits = {0, 0, 0};
   uint32_t same = 0;
@@ -49,7 +49,7 @@ static const char *check(const char *what, uint32_t (*make)(course_ray *, uint32
     for (uint32_t r = 0; r < n; r++) course_same_hit_of(scene, rays[r], &hit[r], &expected[r], &hits, i, r);
   }
   printf("%s: %u packets, %u events; %u packets tell the library's\n", what, (unsigned)packets, (unsigned)events,
-         (unsigned)same);
+      (unsigned)same);
   printf("%s: of %u hits %u differ from the library's\n", what, (unsigned)hits.rays, (unsigned)hits.different);
   return same < packets ? "events differ from the library's" : hits.different ? "hits differ" : NULL;
 }

@@ -18,7 +18,7 @@
 
 /* The check calls it: n rays, 1 to 256, and as many hits, which are misses at first. */
 void trace_packet(const course_scene *scene, const pktrt_node *nodes, const course_ray *rays, course_hit *hits,
-                  uint32_t n, course_log *log);
+    uint32_t n, course_log *log);
 
 /* NODE: its index, 0, the first active ray. FIRST_HIT, LATER_HIT: the parent's index, the place, the ray that enters.
    ALL_MISS: the parent's index, the place, the first active ray. LEAF: its index, 0, the first active ray. HIT: the
@@ -31,7 +31,7 @@ static void tell(course_log *log, pktrt_event_kind kind, uint32_t index, uint32_
 }
 
 void trace_packet(const course_scene *scene, const pktrt_node *nodes, const course_ray *rays, course_hit *hits,
-                  uint32_t n, course_log *log) {
+    uint32_t n, course_log *log) {
   course_slabs slabs[256];
   for (uint32_t r = 0; r < n; r++) slabs[r] = course_slabs_make(&nodes[0], rays[r]);
   tell(log, PKTRT_EVENT_NODE, 0, 0, 0);

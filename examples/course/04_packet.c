@@ -136,13 +136,13 @@ int main(void) {
     }
   const double n = packets, rays = n * RAYS;
   printf("04_packet: %u packets of %u rays: %u tell the same events as the library's\n", (unsigned)packets, RAYS,
-         (unsigned)same);
+      (unsigned)same);
   printf(
       "  a packet opens %.1f nodes; the first active ray enters %.1f of their children, a later one %.1f, none %.1f\n",
       told[PKTRT_EVENT_NODE] / n, told[PKTRT_EVENT_FIRST_HIT] / n, told[PKTRT_EVENT_LATER_HIT] / n,
       told[PKTRT_EVENT_ALL_MISS] / n);
   printf("  a ray meets %.1f boxes and %.1f triangles; %.0f%% of the box tests are of children that no ray enters\n",
-         (double)p.boxes / rays, (double)p.triangles / rays, 100 * vain / (double)p.boxes);
+      (double)p.boxes / rays, (double)p.triangles / rays, 100 * vain / (double)p.boxes);
   printf("  the library tests %.1f boxes a ray from near to far, %.1f with all steps\n", ordered / rays, all / rays);
   draw(library, &p, &theirs);
   pktrt_scene_destroy(library);

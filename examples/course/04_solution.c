@@ -18,7 +18,7 @@
 
 /* The check calls it: n rays, 1 to 256, and as many hits, which are misses at first. */
 void trace_packet(const course_scene *scene, const pktrt_node *nodes, const course_ray *rays, course_hit *hits,
-                  uint32_t n, course_log *log);
+    uint32_t n, course_log *log);
 
 /* NODE: its index, 0, the first active ray. FIRST_HIT, LATER_HIT: the parent's index, the place, the ray that enters.
    ALL_MISS: the parent's index, the place, the first active ray. LEAF: its index, 0, the first active ray. HIT: the
@@ -36,7 +36,7 @@ typedef struct waiting {
 } waiting;
 
 void trace_packet(const course_scene *scene, const pktrt_node *nodes, const course_ray *rays, course_hit *hits,
-                  uint32_t n, course_log *log) {
+    uint32_t n, course_log *log) {
   course_slabs slabs[256];
   waiting stack[38 * 7 + 8];
   uint32_t top = 0, open = 0, first = 0; /* the node to open, if any, and its first active ray */

@@ -62,15 +62,15 @@ static course_bounds shrink(course_bounds b) {
 
 static void say(const char *what, const float lo[3], const float hi[3]) {
   printf("  %s (%.9g, %.9g, %.9g) to (%.9g, %.9g, %.9g)\n", what, (double)lo[0], (double)lo[1], (double)lo[2],
-         (double)hi[0], (double)hi[1], (double)hi[2]);
+      (double)hi[0], (double)hi[1], (double)hi[2]);
 }
 
 /* All digits, so that the ray can be had from them. */
 static void say_ray(uint32_t number, const course_ray *ray) {
   const float *o = ray->origin.at, *d = ray->direction.at;
   printf("ray %u from (%.9g, %.9g, %.9g) along (%.9g, %.9g, %.9g), t from %.9g to %.9g\n", (unsigned)number,
-         (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2], (double)ray->tmin,
-         (double)ray->tmax);
+      (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2], (double)ray->tmin,
+      (double)ray->tmax);
 }
 
 int main(void) {
@@ -104,7 +104,7 @@ int main(void) {
   const double found = (double)dropped / (double)missed;
   printf("%u boxes and packets: %u boxes are dropped that a ray hits\n", (unsigned)boxes, (unsigned)wrong);
   printf("of %u boxes that all rays miss %.1f%% are dropped; at least %.1f%% should be\n", (unsigned)missed,
-         100 * found, 100 * (double)share);
+      100 * found, 100 * (double)share);
   printf("control: with bounds that are too narrow %u boxes are dropped that a ray hits\n", (unsigned)caught);
   return course_result(5, wrong                   ? "boxes are dropped that a ray hits"
                           : found < (double)share ? "too few boxes are dropped: are first, last and all axes used?"

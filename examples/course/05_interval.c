@@ -51,7 +51,7 @@ static void table(const pktrt_scene *library, bool shadow, const char *name, uin
   printf("  %s: %.0f packets; of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is "
          "tested against %.2f "
          "boxes\n",
-         name, packets, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
+      name, packets, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
 }
 
 /* Our planes against the library's, for all children that the first active ray misses. */
@@ -87,8 +87,8 @@ static void draw(const pktrt_scene *library, const pktrt_node *nodes) {
   course_hit hit[RAYS];
   course_make_folder();
   aim(rays, 12 * WIDTH / SIDE + 26, library, false);
-  course_library_packet(library, rays, RAYS,
-                        PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_FRUSTUM | PKTRT_PAPER_STEP_ORDER, hit, &log);
+  course_library_packet(
+      library, rays, RAYS, PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_FRUSTUM | PKTRT_PAPER_STEP_ORDER, hit, &log);
   if (!svg_begin(&drawing, "out/course/05_boxes.svg", 730, 500)) exit(1);
   for (int above = 0; above < 2; above++) {
     const section s =

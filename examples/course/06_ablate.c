@@ -137,7 +137,7 @@ int main(void) {
       if (memcmp(mine, pixels[0], sizeof pixels[0])) return ex_fail("%s: another picture", ways[w].name), 1;
     }
   printf("conference, Whitted's mode, %d x %d pixels, a quarter of the tiles: %d pictures, all the same bits\n", SIZE,
-         SIZE, WAYS * EDGES);
+      SIZE, WAYS * EDGES);
   print_table("box tests per ray", got, 0);
   print_table("triangle tests per ray", got, 1);
   print_table("vector tests per ray", got, 2);

@@ -9,8 +9,8 @@ typedef enum ablate_cost { ABLATE_BOX_TESTS, ABLATE_TRIANGLE_TESTS, ABLATE_VECTO
 
 /* The exercise: which at most `count` of the six steps, alone, make the paper path trace these rays in packets of
    `packet_size` with the fewest tests of that kind? Vector tests are those of boxes and of triangles together. */
-uint32_t ablate_fewest(const pktrt_scene *, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count,
-                       ablate_cost cost);
+uint32_t ablate_fewest(
+    const pktrt_scene *, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count, ablate_cost cost);
 
 /* The bits of i at even places, pushed together. With them pixels are numbered in Morton's order, where 4, 16, 64 or 256
    rays in a row, from a multiple of that on, are a square of pixels. */

@@ -11,9 +11,15 @@ static const struct demand {
   int count;
   ablate_cost cost;
 } demands[] = {
-    {false, 256, 1, ABLATE_TRIANGLE_TESTS}, {false, 256, 2, ABLATE_TRIANGLE_TESTS}, {false, 64, 0, ABLATE_BOX_TESTS},
-    {false, 16, 1, ABLATE_BOX_TESTS},       {false, 256, 2, ABLATE_VECTOR_TESTS},   {true, 256, 2, ABLATE_VECTOR_TESTS},
-    {true, 16, 3, ABLATE_VECTOR_TESTS},     {true, 64, 6, ABLATE_BOX_TESTS},        {true, 64, 6, ABLATE_VECTOR_TESTS},
+    {false, 256, 1, ABLATE_TRIANGLE_TESTS},
+    {false, 256, 2, ABLATE_TRIANGLE_TESTS},
+    {false, 64, 0, ABLATE_BOX_TESTS},
+    {false, 16, 1, ABLATE_BOX_TESTS},
+    {false, 256, 2, ABLATE_VECTOR_TESTS},
+    {true, 256, 2, ABLATE_VECTOR_TESTS},
+    {true, 16, 3, ABLATE_VECTOR_TESTS},
+    {true, 64, 6, ABLATE_BOX_TESTS},
+    {true, 64, 6, ABLATE_VECTOR_TESTS},
 };
 enum { DEMANDS = sizeof demands / sizeof demands[0] };
 
@@ -61,7 +67,7 @@ static const char *fault(const pktrt_scene *s, const pktrt_ray *rays, const stru
   const uint32_t answer = ablate_fewest(s, rays, RAYS, d->packet, d->count, d->cost);
   const uint32_t steps = answer == PKTRT_PAPER_STEP_NONE ? 0 : answer;
   printf("%s rays, packets of %u, fewest %s with at most %d of the steps: ", d->mirrored ? "mirrored" : "camera",
-         (unsigned)d->packet, kinds[d->cost], d->count);
+      (unsigned)d->packet, kinds[d->cost], d->count);
   if (answer == 0)
     return printf("got 0, which means all steps; none is PKTRT_PAPER_STEP_NONE\n"), "an answer is 0, which is no set";
   if (answer > PKTRT_PAPER_STEP_NONE)

@@ -9,8 +9,8 @@
    why that will do. Counts are added to, never reset. In paper_steps 0 means all steps; none is PKTRT_PAPER_STEP_NONE, in what you
    pass and in what you return. packet_size is a number of rays, as in pktrt_query_desc; in pktrt_render_desc it is the
    edge of a packet. */
-uint32_t ablate_fewest(const pktrt_scene *s, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count,
-                       ablate_cost cost) {
+uint32_t ablate_fewest(
+    const pktrt_scene *s, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count, ablate_cost cost) {
   (void)s, (void)rays, (void)n, (void)packet_size, (void)count, (void)cost; /* remove this line */
   return 0;
 }

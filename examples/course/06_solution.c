@@ -1,8 +1,8 @@
 /* 06_solution.c - which steps of the paper path are worth most? All sets are tried. */
 #include "06_ablate.h"
 
-static uint64_t tests(const pktrt_scene *s, const pktrt_ray *rays, size_t n, uint32_t packet_size, uint32_t steps,
-                      ablate_cost cost) {
+static uint64_t tests(
+    const pktrt_scene *s, const pktrt_ray *rays, size_t n, uint32_t packet_size, uint32_t steps, ablate_cost cost) {
   pktrt_hit *hits = (pktrt_hit *)course_memory(n, sizeof *hits);
   pktrt_stats stats;
   pktrt_query_desc query;
@@ -17,8 +17,8 @@ static uint64_t tests(const pktrt_scene *s, const pktrt_ray *rays, size_t n, uin
                                          : c->vector_box_tests + c->vector_triangle_tests;
 }
 
-uint32_t ablate_fewest(const pktrt_scene *s, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count,
-                       ablate_cost cost) {
+uint32_t ablate_fewest(
+    const pktrt_scene *s, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count, ablate_cost cost) {
   uint32_t best = 0;
   uint64_t fewest = UINT64_MAX;
   for (uint32_t steps = 0; steps < 64; steps++) {

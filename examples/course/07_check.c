@@ -11,10 +11,10 @@ static const struct method {
   pktrt_assembly library;
 } methods[2] = {
     {"runs",
-     "shadow (1,2,3,4) (5,6); reflection (5,6) (7,8) (9,10) (11,12) (13,14,15,16); refraction (9,10) (13,14,15,16)",
-     figure_runs, PKTRT_ASSEMBLY_RUNS},
+        "shadow (1,2,3,4) (5,6); reflection (5,6) (7,8) (9,10) (11,12) (13,14,15,16); refraction (9,10) (13,14,15,16)",
+        figure_runs, PKTRT_ASSEMBLY_RUNS},
     {"groups", "shadow (1,2,3,4) (5,6); reflection (5,6) (7,8,11,12) (9,10,13,14,15,16); refraction (9,10,13,14,15,16)",
-     figure_groups, PKTRT_ASSEMBLY_MATERIALS},
+        figure_groups, PKTRT_ASSEMBLY_MATERIALS},
 };
 
 /* All packets of the student's, as text; or NULL, having said what cannot be. */
@@ -39,9 +39,9 @@ static bool same(const struct method *m, const char *met, const char *expected) 
   const char *got = answer(m, met, text);
   if (got && !strcmp(got, expected)) return true;
   printf("%s of %s\n  expected: %s\n  got: %s\n", m->name, met, expected,
-         !got   ? "what cannot be"
-         : *got ? got
-                : "none");
+      !got   ? "what cannot be"
+      : *got ? got
+             : "none");
   return false;
 }
 

@@ -11,8 +11,12 @@ static const struct assembly {
   pktrt_assembly assembly;
   const char *name;
 } assemblies[] = {
-    {PKTRT_ASSEMBLY_NONE, "no packets"},     {PKTRT_ASSEMBLY_RUNS, "runs"},       {PKTRT_ASSEMBLY_MATERIALS, "groups"},
-    {PKTRT_ASSEMBLY_RAY_TYPES, "ray types"}, {PKTRT_ASSEMBLY_OCTANTS, "octants"}, {PKTRT_ASSEMBLY_BLIND, "blind"},
+    {PKTRT_ASSEMBLY_NONE, "no packets"},
+    {PKTRT_ASSEMBLY_RUNS, "runs"},
+    {PKTRT_ASSEMBLY_MATERIALS, "groups"},
+    {PKTRT_ASSEMBLY_RAY_TYPES, "ray types"},
+    {PKTRT_ASSEMBLY_OCTANTS, "octants"},
+    {PKTRT_ASSEMBLY_BLIND, "blind"},
 };
 /* [end] */
 enum { ASSEMBLIES = sizeof assemblies / sizeof assemblies[0] };
@@ -27,13 +31,13 @@ static uint32_t packet_of(const figure_log *log, pktrt_ray_type type, uint32_t i
 }
 
 /* Draws a short secondary ray in the colour of its packet: nine hues a ninth of the circle apart, then those between. */
-static void draw_secondary(svg *s, const figure_log *log, pktrt_ray_type type, uint32_t i, double x, double y,
-                           double dx, double dy) {
+static void draw_secondary(
+    svg *s, const figure_log *log, pktrt_ray_type type, uint32_t i, double x, double y, double dx, double dy) {
   char colour[64];
   const uint32_t packet = packet_of(log, type, i);
   if (packet == PKTRT_NONE || !figure_sends(FIGURE_MET[i], type)) return;
   snprintf(colour, sizeof colour, "hsl(%u,75%%,%d%%)", (unsigned)(packet * 5 % 9 * 40 + packet / 9 * 13),
-           packet % 2 ? 38 : 50);
+      packet % 2 ? 38 : 50);
   const double l = (type == PKTRT_RAY_SHADOW ? 46 : 34) / hypot(dx, dy);
   svg_ray(s, x, y, x + l * dx, y + l * dy, colour, 2);
   if (type == PKTRT_RAY_SHADOW) svg_dot(s, x + l * dx, y + l * dy, 3, colour);
@@ -44,7 +48,7 @@ static void draw_panel(svg *s, double left, double top, const char *name, const 
   static const char *const fill[] = {"#ccc", "#da8", "#99a", "#bde"};
   const double eye[2] = {left + 20, top + 24}, light[2] = {left + 110, top + 24}, y = top + 120;
   svg_text(s, left + 400, top + 30, 14, SVG_RIGHT, "%s: %u packet%s", name, (unsigned)log->count,
-           log->count == 1 ? "" : "s");
+      log->count == 1 ? "" : "s");
   svg_dot(s, eye[0], eye[1], 4, "#000");
   svg_dot(s, light[0], light[1], 5, "#fb0");
   for (uint32_t i = 0; i < FIGURE_RAYS; i++) {
@@ -79,7 +83,7 @@ int main(void) {
     uint32_t rays = 0;
     for (uint32_t i = 0; i < log.count; i++) rays += log.packet[i].n;
     printf("\n%s, %u rays in %u packet%s:\n  %s\n", assemblies[k].name, (unsigned)rays, (unsigned)log.count,
-           log.count == 1 ? "" : "s", figure_text(log.packet, log.count, text));
+        log.count == 1 ? "" : "s", figure_text(log.packet, log.count, text));
     draw_panel(&s, k % 2 * 430, k / 2 * 180, assemblies[k].name, &log);
   }
   /* [end] */

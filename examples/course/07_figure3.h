@@ -47,8 +47,8 @@ EX_UNUSED static void figure_log_packet(void *user, const pktrt_packet *p) {
 /* [end] */
 
 /* Sixteen squares before the camera fill a picture of 4 x 4 pixels; ray i meets met[i]. */
-EX_UNUSED static void figure_trace(const char *met, const uint32_t place[FIGURE_RAYS], pktrt_assembly assembly,
-                                   figure_log *log) {
+EX_UNUSED static void figure_trace(
+    const char *met, const uint32_t place[FIGURE_RAYS], pktrt_assembly assembly, figure_log *log) {
   static const char letters[] = "dfmg";
   static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
   static float pixels[FIGURE_RAYS * 3];

@@ -42,14 +42,14 @@ static bool whole(uint32_t n, uint32_t packets) {
   for (uint32_t k = 0, begin = 0; k < packets; begin = end[k++])
     if (end[k] <= begin || end[k] - begin > 256 || end[k] > n)
       return printf("  packet %u is from %u to %u, of %u rays\n", (unsigned)k, (unsigned)begin, (unsigned)end[k],
-                    (unsigned)n),
+                 (unsigned)n),
              false;
   if (end[packets - 1] != n)
     return printf("  the last packet ends at %u, not %u\n", (unsigned)end[packets - 1], (unsigned)n), false;
   for (uint32_t i = 0; i < n; i++)
     if (order[i] >= n || seen[order[i]]++)
       return printf("  order[%u] is %u, %s\n", (unsigned)i, (unsigned)order[i],
-                    order[i] >= n ? "which is no ray" : "for the second time"),
+                 order[i] >= n ? "which is no ray" : "for the second time"),
              false;
   return true;
 }
@@ -78,7 +78,7 @@ static const char *check(const pktrt_scene *s, const reflect_log *log) {
   printf("Each ray is in one packet, and hits what it hits alone.\n");
   printf("Vector tests per ray: blind, by 256: %.2f; ray types as the library has them: %.2f; yours: %.2f "
          "(at most %.2f).\n",
-         blind / all, library / all, mine / all, 0.8 * library / all);
+      blind / all, library / all, mine / all, 0.8 * library / all);
   if (mine >= blind) return "blind packets need no more";
   if (mine > library) return "the library's ray types need fewer";
   if (mine > 0.8 * library) return "that is not a fifth fewer than the library's ray types need";

@@ -44,8 +44,8 @@ static uint32_t block_that_hits(const pktrt_scene *s, const reflect_log *log, ui
 /* [end] */
 
 /* Draws the rays that descend from a block of pixels, seen from above, and prints what their packets cost. */
-static void draw_block(svg *g, const pktrt_scene *s, const reflect_log *log, uint32_t block, double left,
-                       const char *name) {
+static void draw_block(
+    svg *g, const pktrt_scene *s, const reflect_log *log, uint32_t block, double left, const char *name) {
   const double scale = 30, x0 = left + 5.2 * scale, y0 = 30 + 5.2 * scale;
   svg_text(g, left + 6, 20, 13, SVG_LEFT, "%s", name);
   svg_line(g, x0 + 5 * scale, y0 - 5 * scale, x0 + 5 * scale, y0 + 7.6 * scale, "#444", 4); /* the mirror */
@@ -66,7 +66,7 @@ static void draw_block(svg *g, const pktrt_scene *s, const reflect_log *log, uin
       const float t = pktrt_intersect(s, &ray, &hit) ? hit.t : 1.5f; /* to the sky */
       const double x = x0 + scale * (double)r->origin[0], y = y0 + scale * (double)r->origin[2];
       svg_line(g, x, y, x + scale * (double)(t * r->direction[0]), y + scale * (double)(t * r->direction[2]),
-               colours[depth], depth ? 0.8 : 0.4);
+          colours[depth], depth ? 0.8 : 0.4);
     }
 }
 
@@ -126,7 +126,7 @@ int main(void) {
   for (int depth = 0; depth <= REFLECT_DEPTH; depth++) {
     const pktrt_counts *t = &stats[0].by_depth[depth], *r = &stats[1].by_depth[depth], *o = &stats[2].by_depth[depth];
     printf("  %d: %6u  %6.1f %6.1f  %5.1f %5.1f  %6.1f %6.1f\n", depth, (unsigned)t->rays, tests(o) / (double)o->rays,
-           tests(t) / (double)t->rays, lanes(t), lanes(r), vectors(t) / (double)t->rays, vectors(r) / (double)r->rays);
+        tests(t) / (double)t->rays, lanes(t), lanes(r), vectors(t) / (double)t->rays, vectors(r) / (double)r->rays);
   }
   course_make_folder();
   const uint32_t wall = block_that_hits(s, &log, WALL), ball = block_that_hits(s, &log, BALL);
@@ -136,7 +136,7 @@ int main(void) {
   draw_block(&g, s, &log, wall, 0, "at the mirror wall");
   draw_block(&g, s, &log, ball, 325, "at a mirror ball");
   svg_text(&g, 6, 468, 12, SVG_LEFT,
-           "Camera rays grey, then blue, orange, red; those into the sky end in the air. Dark: the mirror.");
+      "Camera rays grey, then blue, orange, red; those into the sky end in the air. Dark: the mirror.");
   if (!svg_end(&g) || !svg_begin(&g, "out/course/08_bounces.svg", 720, 225)) return 1;
   draw_bars(&g, 10, "Lanes in use: ray types (blue), runs (orange)", stats, true);
   draw_bars(&g, 380, "Vector tests per ray by bounce", stats, false);

@@ -78,10 +78,10 @@ EX_UNUSED static void reflect_ball(int i, float centre[3]) {
 /* Nine balls on a floor between walls, of which the right one is a mirror. Balls 1, 3 and 8 are glass, the others
    mirrors. */
 EX_UNUSED static pktrt_scene *reflect_scene(void) {
-  static const float wall[4][12] = {{-5, 0, -5, -5, 0, 9, 5, 0, 9, 5, 0, -5},   /* floor */
-                                    {-5, 0, -5, 5, 0, -5, 5, 4, -5, -5, 4, -5}, /* back */
-                                    {-5, 0, 9, -5, 0, -5, -5, 4, -5, -5, 4, 9}, /* left */
-                                    {5, 0, -5, 5, 0, 9, 5, 4, 9, 5, 4, -5}};    /* right */
+  static const float wall[4][12] = {{-5, 0, -5, -5, 0, 9, 5, 0, 9, 5, 0, -5}, /* floor */
+      {-5, 0, -5, 5, 0, -5, 5, 4, -5, -5, 4, -5},                             /* back */
+      {-5, 0, 9, -5, 0, -5, -5, 4, -5, -5, 4, 9},                             /* left */
+      {5, 0, -5, 5, 0, 9, 5, 4, 9, 5, 4, -5}};                                /* right */
   pktrt_material m[5];
   uint32_t index[5];
   pktrt_scene *s = pktrt_scene_create(NULL);
@@ -150,7 +150,7 @@ EX_UNUSED static void reflect_log_free(reflect_log *log) { free(log->ray), free(
 /* Traces rays in the packets given (see reflect_assemble), one call for each, and returns how many vector tests that
    takes. hits[i] becomes the answer of ray i. */
 EX_UNUSED static uint64_t reflect_trace(const pktrt_scene *s, const reflect_ray *rays, const uint32_t *order,
-                                        const uint32_t *end, uint32_t packets, pktrt_hit *hits) {
+    const uint32_t *end, uint32_t packets, pktrt_hit *hits) {
   pktrt_ray ray[256];
   pktrt_hit hit[256];
   pktrt_stats stats;

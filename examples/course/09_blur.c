@@ -9,7 +9,7 @@
 static void effects(pktrt_path path) {
   course_picture strip = course_picture_make(EFFECTS * WIDTH, HEIGHT);
   printf("%s: rays per sample, and tests of boxes per primary, shadow, reflected and refracted ray\n",
-         path == PKTRT_PATH_PAPER ? "packets of a pixel's rays" : "rays alone");
+      path == PKTRT_PATH_PAPER ? "packets of a pixel's rays" : "rays alone");
   for (int with = IDEAL; with < EFFECTS; with++) {
     pktrt_stats stats = {0};
     pktrt_render_desc view = {.pixels = strip.pixel[with * WIDTH].at, .row_stride = 3 * EFFECTS * WIDTH};
@@ -23,12 +23,12 @@ static void effects(pktrt_path path) {
       boxes[t] = (double)c->box_tests / (double)c->rays, rays += (double)c->rays;
     }
     printf("  %-8s %.2f  %5.1f %5.1f %5.1f %5.1f\n", names[with], rays / (double)stats.samples, boxes[0], boxes[1],
-           boxes[2], boxes[3]);
+        boxes[2], boxes[3]);
     const pktrt_counts *primary = &stats.by_type[PKTRT_RAY_PRIMARY];
     if (path == PKTRT_PATH_PAPER && with <= LENS)
       printf("    children that a primary packet drops: %.1f by intervals, %.1f ray by ray\n",
-             (double)primary->interval_culls / (double)primary->packets,
-             (double)primary->ray_culls / (double)primary->packets);
+          (double)primary->interval_culls / (double)primary->packets,
+          (double)primary->ray_culls / (double)primary->packets);
   }
   course_picture_write(&strip, "out/course/09_effects.png"); /* the same bits from both paths */
 }
@@ -44,7 +44,7 @@ static void branching(void) {
     render(scene, &view, IDEAL);
     const pktrt_counts *count = stats.by_type;
     printf("%s: reflected and refracted rays per sample %.2f\n", b == PKTRT_BRANCHING_BOTH ? "both ways" : "one way",
-           (double)(count[PKTRT_RAY_REFLECTION].rays + count[PKTRT_RAY_REFRACTION].rays) / (double)stats.samples);
+        (double)(count[PKTRT_RAY_REFLECTION].rays + count[PKTRT_RAY_REFRACTION].rays) / (double)stats.samples);
   }
   pktrt_scene_destroy(scene);
 }
@@ -102,14 +102,14 @@ static void cost(void) {
   const pktrt_camera camera = make_camera(SHUTTER);
   const pktrt_sampling sampling = {.samples = RAYS};
   pktrt_render_desc view = {.pixels = map.pixel[0].at,
-                            .row_stride = 9 * WIDTH,
-                            .samples = RAYS,
-                            .attenuation = 1,
-                            .branching = PKTRT_BRANCHING_BOTH,
-                            .path = PKTRT_PATH_SINGLE,
-                            .packet_size = 2,
-                            .cost = boxes[0],
-                            .cost_of = PKTRT_COST_BOXES};
+      .row_stride = 9 * WIDTH,
+      .samples = RAYS,
+      .attenuation = 1,
+      .branching = PKTRT_BRANCHING_BOTH,
+      .path = PKTRT_PATH_SINGLE,
+      .packet_size = 2,
+      .cost = boxes[0],
+      .cost_of = PKTRT_COST_BOXES};
   pktrt_tree tree;
   uint32_t moving = 0;
   render(scene, &view, SHUTTER);
@@ -130,7 +130,7 @@ static void cost(void) {
     map.pixel[i] = course_heat(value / 100), mean[k] += (double)value / WIDTH / HEIGHT;
   }
   printf("boxes per camera ray: all %.1f; of the knot, if it knew its end: moving %.1f, united %.1f\n", mean[0],
-         mean[1], mean[2]);
+      mean[1], mean[2]);
   pktrt_scene_destroy(scene);
   course_picture_write(&map, "out/course/09_cost.png");
 }

@@ -123,7 +123,7 @@ static unsigned count_tests(box_rule *boxes) {
 static const char *check_boxes(void) {
   const unsigned careless = count_escapes(careless_box, false);
   printf("boxes that forget rounding lose %u of %d coordinates, 9 of each of %d triangles: the check sees it\n",
-         careless, 9 * TRIALS, TRIALS);
+      careless, 9 * TRIALS, TRIALS);
   if (careless == 0) return "the control passes: careless boxes lose nothing here";
   const unsigned escapes = count_escapes(box_at, true);
   if (escapes) return "a box does not hold what moves";
@@ -211,7 +211,7 @@ static int count_wrong(const pktrt_scene *scene, estimator *estimate, bool aloud
     const bool good = fabs(mean - expected) <= 4 * error + 1e-5 * expected, many = most > GLASS_DEPTH + 1;
     if (aloud)
       printf("ray %d: both ways %.4f, yours %.4f, standard error %.4f, %.1f rays each\n", i, expected, mean, error,
-             (double)all / WALKS);
+          (double)all / WALKS);
     if (aloud && !good) printf("  expected: within 4 standard errors of both ways\n");
     if (aloud && many) printf("  expected: at most %d rays, got: up to %u\n", GLASS_DEPTH + 1, most);
     wrong += !good, *branching += many;
@@ -230,7 +230,7 @@ static bool check_depth(const pktrt_scene *scene) {
     const float got = radiance_of_one(scene, ray, &random);
     if ((got > 0) == sees && calls == GLASS_DEPTH + 1) continue;
     printf("a sky of radiance 1 behind %u surfaces\n  expected: %s by %d rays\n  got: %g by %u rays\n", tunnel,
-           sees ? "1" : "0", GLASS_DEPTH + 1, (double)got, calls);
+        sees ? "1" : "0", GLASS_DEPTH + 1, (double)got, calls);
     good = false;
   }
   tunnel = 0;

@@ -9,17 +9,17 @@ static void fail(const pktrt_scene *scene) { ex_fail("%s", pktrt_last_error(scen
 
 /* [motion] */
 /* Adds a part of the scene. What moves has its positions twice: those of time 0, and those of time 1. */
-static void add_part(pktrt_scene *scene, const course_scene *s, uint32_t first, uint32_t last, uint32_t material,
-                     vec step) {
+static void add_part(
+    pktrt_scene *scene, const course_scene *s, uint32_t first, uint32_t last, uint32_t material, vec step) {
   vec *positions = (vec *)course_memory(2 * s->vertices, sizeof *positions);
   memcpy(positions, s->position, s->vertices * sizeof *positions);
   for (uint32_t i = 0; i < s->vertices; i++) positions[s->vertices + i] = vec_add(positions[i], step);
   const pktrt_mesh_desc mesh = {.positions = positions[0].at,
-                                .vertex_count = s->vertices,
-                                .indices = s->corner[first],
-                                .triangle_count = last - first,
-                                .key_count = vec_dot(step, step) > 0 ? 2 : 1,
-                                .material = material};
+      .vertex_count = s->vertices,
+      .indices = s->corner[first],
+      .triangle_count = last - first,
+      .key_count = vec_dot(step, step) > 0 ? 2 : 1,
+      .material = material};
   if (pktrt_add_mesh(scene, &mesh, NULL)) fail(scene);
   free(positions);
 }
@@ -30,18 +30,18 @@ static pktrt_scene *make_scene(effect with) {
   enum { GROUND = 512, KNOT = 2048, RING = 2832 }; /* where the triangles of a part end */
   course_scene s = course_scene_make();
   const pktrt_material materials[4] = {{.albedo = {0.5f, 0.45f, 0.4f}},
-                                       {.albedo = {0.6f, 0.1f, 0.05f}, .specular = PKTRT_SPECULAR_COAT},
-                                       {.specular = PKTRT_SPECULAR_CONDUCTOR,
-                                        .ior = {0.18f, 0.42f, 1.37f},
-                                        .extinction = {3.42f, 2.35f, 1.77f},
-                                        .lobe = with == LOBE ? PKTRT_LOBE_PHONG : PKTRT_LOBE_IDEAL,
-                                        .exponent = 60},
-                                       {.specular = PKTRT_SPECULAR_DIELECTRIC}};
+      {.albedo = {0.6f, 0.1f, 0.05f}, .specular = PKTRT_SPECULAR_COAT},
+      {.specular = PKTRT_SPECULAR_CONDUCTOR,
+          .ior = {0.18f, 0.42f, 1.37f},
+          .extinction = {3.42f, 2.35f, 1.77f},
+          .lobe = with == LOBE ? PKTRT_LOBE_PHONG : PKTRT_LOBE_IDEAL,
+          .exponent = 60},
+      {.specular = PKTRT_SPECULAR_DIELECTRIC}};
   const float size = with == LAMP ? 2 : 0.02f, radiance = 400 / (size * size); /* as much light from any size */
   const pktrt_light lamp = {.kind = PKTRT_LIGHT_QUAD,
-                            .position = {-3 - size / 2, 7, 2 - size / 2},
-                            .edge = {{size, 0, 0}, {0, 0, size}},
-                            .intensity = {radiance, radiance, radiance}};
+      .position = {-3 - size / 2, 7, 2 - size / 2},
+      .edge = {{size, 0, 0}, {0, 0, size}},
+      .intensity = {radiance, radiance, radiance}};
   const vec still = {{0, 0, 0}}, step = {{-0.6f, 0.3f, 0.6f}};
   pktrt_scene *scene = pktrt_scene_create(NULL);
   for (int i = 0; i < 4; i++) pktrt_add_material(scene, &materials[i], NULL);
@@ -55,12 +55,12 @@ static pktrt_scene *make_scene(effect with) {
 /* Every effect has one number that switches it on, and the middle of what it spreads where it is off. */
 static pktrt_camera make_camera(effect with) {
   const pktrt_camera camera = {.eye = {2.7f, 4.1f, 7.3f},
-                               .target = {0.1f, 1.2f, -0.1f},
-                               .fov_y = 39.6f,
-                               .aperture = with == LENS ? 0.6f : 0, /* a diameter; what is at `focus` stays sharp */
-                               .focus = 7.2f,
-                               .time = with == SHUTTER ? 0 : 0.5f,
-                               .shutter = with == SHUTTER ? 1.0f : 0}; /* open from time 0 to 1 */
+      .target = {0.1f, 1.2f, -0.1f},
+      .fov_y = 39.6f,
+      .aperture = with == LENS ? 0.6f : 0, /* a diameter; what is at `focus` stays sharp */
+      .focus = 7.2f,
+      .time = with == SHUTTER ? 0 : 0.5f,
+      .shutter = with == SHUTTER ? 1.0f : 0}; /* open from time 0 to 1 */
   return camera;
 }
 /* [end] */

@@ -29,13 +29,13 @@ static bool is_stratified(pktrt_custom_sampler *sampler, uint32_t n, bool aloud)
         continue;
       }
       if (aloud)
-        printf("%u samples, pixel (%u, %u), dimension %u: ", (unsigned)n, (unsigned)x, (unsigned)y,
-               (unsigned)dimension);
+        printf(
+            "%u samples, pixel (%u, %u), dimension %u: ", (unsigned)n, (unsigned)x, (unsigned)y, (unsigned)dimension);
       if (aloud && interval == n) printf("sample %u is %.9g\n  expected: a number in [0,1)\n", (unsigned)k, (double)u);
       else if (aloud)
         printf("samples %d and %u lie in [%u/%u, %u/%u)\n  expected: one in each interval\n  got: %.9g and %.9g\n",
-               held[interval], (unsigned)k, (unsigned)interval, (unsigned)n, (unsigned)interval + 1, (unsigned)n,
-               (double)sampler(&n, x, y, (uint32_t)held[interval], dimension, 3), (double)u);
+            held[interval], (unsigned)k, (unsigned)interval, (unsigned)n, (unsigned)interval + 1, (unsigned)n,
+            (double)sampler(&n, x, y, (uint32_t)held[interval], dimension, 3), (double)u);
       return false;
     }
   }
@@ -81,9 +81,9 @@ static bool fills_squares(void) {
   }
   const bool good = worst <= most * worst_random;
   printf("dimensions %u and %u together, the worst pair, 64 samples: RMSE %.4f\n", (unsigned)pairs[pair][0],
-         (unsigned)pairs[pair][1], worst);
+      (unsigned)pairs[pair][1], worst);
   printf("  %s: at most %.4f (%.1f times %.4f of random samples)\n", good ? "wanted" : "expected", most * worst_random,
-         most, worst_random);
+      most, worst_random);
   return good;
 }
 
@@ -149,7 +149,7 @@ static const char *check(pktrt_scene *scene) {
   printf("each of n intervals holds one sample, n = 1 to %d, in all of %d dimensions\n", MOST, DIMENSIONS);
   const double slope = smooth_slope(own_sample), slope_random = smooth_slope(random_sample);
   printf("slope of errors on a smooth function: yours %.2f, random %.2f, wanted %.2f or less\n", slope, slope_random,
-         -0.9);
+      -0.9);
   if (slope_random <= -0.9) return "the control passes: random samples are as good here";
   if (!(slope <= -0.9)) return "errors fall too slowly";
   if (!fills_squares()) return "dimensions are not independent of each other";

@@ -21,8 +21,8 @@ static uint32_t hash(uint32_t h, uint32_t value) {
 /* An additive recurrence: each sample is an irrational step beyond the one before, round a circle, from a start of its own for
    each pixel and dimension. Steps: 2^32 times the fractional parts of the square roots of the first eight primes. */
 static float additive(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
-  static const uint32_t steps[8] = {0x6A09E667u, 0xBB67AE85u, 0x3C6EF372u, 0xA54FF53Au,
-                                    0x510E527Fu, 0x9B05688Cu, 0x1F83D9ABu, 0x5BE0CD19u};
+  static const uint32_t steps[8] = {
+      0x6A09E667u, 0xBB67AE85u, 0x3C6EF372u, 0xA54FF53Au, 0x510E527Fu, 0x9B05688Cu, 0x1F83D9ABu, 0x5BE0CD19u};
   (void)user;
   const uint32_t start = hash(hash(hash(seed, x), y), dimension);
   return (float)((start + sample * steps[dimension % 8]) >> 8) / 16777216.0f;
@@ -90,7 +90,7 @@ static double slope_of(const double error[STEPS]) {
 
 /* Plots errors over what they took, by factors of four from `least` on. passes NULL: there are none. */
 static void plot(const char *path, const char *title, double least, double x[SAMPLERS][STEPS],
-                 double error[SAMPLERS][STEPS], const double *passes, const double *estimate) {
+    double error[SAMPLERS][STEPS], const double *passes, const double *estimate) {
   static const char *const colors[SAMPLERS] = {"#d33", "#888", "#d90", "#393", "#27c", "#0aa", "#93c", "#000"};
   svg s;
   if (!svg_begin(&s, path, 580, 380)) exit(1);
@@ -141,7 +141,7 @@ int main(void) {
     const pktrt_render_desc of = {.samples = 1u << 2 * (k - 1), .passes = 4, .report = &report};
     passes[k] = error_of(scene, PKTRT_SAMPLER_SOBOL, of, 1, truth), estimate[k] = report.rmse;
     printf("  %3d samples: %.5f, estimated %.5f, %.5f to %.5f\n", 1 << 2 * k, passes[k], report.rmse, report.rmse_low,
-           report.rmse_high);
+        report.rmse_high);
   }
   plot("out/course/10_error.svg", "RMSE over samples; brown: four passes", 1, samples, error, passes, estimate);
   plot("out/course/10_time.svg", "RMSE over milliseconds of a picture", least, ms, error, NULL, NULL);

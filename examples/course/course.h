@@ -41,7 +41,7 @@ EX_UNUSED static vec vec_scale(vec a, float s) { return vec_make(a.at[0] * s, a.
 EX_UNUSED static float vec_dot(vec a, vec b) { return a.at[0] * b.at[0] + a.at[1] * b.at[1] + a.at[2] * b.at[2]; }
 EX_UNUSED static vec vec_cross(vec a, vec b) {
   return vec_make(a.at[1] * b.at[2] - a.at[2] * b.at[1], a.at[2] * b.at[0] - a.at[0] * b.at[2],
-                  a.at[0] * b.at[1] - a.at[1] * b.at[0]);
+      a.at[0] * b.at[1] - a.at[1] * b.at[0]);
 }
 EX_UNUSED static vec vec_unit(vec a) { return vec_scale(a, 1 / sqrtf(vec_dot(a, a))); }
 
@@ -196,8 +196,8 @@ EX_UNUSED static course_ray course_camera_ray(float x, float y, uint32_t width, 
 }
 
 /* Whether the ray meets a triangle nearer than *hit, which it then becomes. */
-EX_UNUSED static bool course_meet(const course_scene *scene, const course_ray *ray, uint32_t triangle,
-                                  course_hit *hit) {
+EX_UNUSED static bool course_meet(
+    const course_scene *scene, const course_ray *ray, uint32_t triangle, course_hit *hit) {
   const uint32_t *c = scene->corner[triangle];
   const vec p0 = scene->position[c[0]], e = vec_sub(scene->position[c[1]], p0), f = vec_sub(scene->position[c[2]], p0);
   const vec s = vec_sub(ray->origin, p0), p = vec_cross(ray->direction, f), q = vec_cross(s, e);
@@ -350,7 +350,7 @@ static void course_say_hit(const char *who, const course_hit *hit) {
 static void course_say_ray(uint64_t number, course_ray ray) {
   const float *o = ray.origin.at, *d = ray.direction.at;
   printf("ray %u from (%.7g, %.7g, %.7g) along (%.7g, %.7g, %.7g), t from %g to %g\n", (unsigned)number, (double)o[0],
-         (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2], (double)ray.tmin, (double)ray.tmax);
+      (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2], (double)ray.tmin, (double)ray.tmax);
 }
 
 /* Compares a hit with the library's, and counts. They are the same if the triangles are, and t within 1e-4 of it. A
@@ -358,8 +358,7 @@ static void course_say_ray(uint64_t number, course_ray ray) {
    t. The first one that is not excused is printed, as ray `number` of a
    packet, or of those that are traced alone (packet: PKTRT_NONE). */
 EX_UNUSED static bool course_same_hit_of(const course_scene *s, course_ray ray, const course_hit *mine,
-                                         const course_hit *theirs, course_tally *tally, uint32_t packet,
-                                         uint64_t number) {
+    const course_hit *theirs, course_tally *tally, uint32_t packet, uint64_t number) {
   const bool far_apart = !(fabsf(mine->t - theirs->t) <= 1e-4f * fabsf(theirs->t)) && mine->t != theirs->t;
   tally->rays++;
   if (mine->triangle == theirs->triangle && !far_apart) return true;
@@ -381,15 +380,15 @@ EX_UNUSED static bool course_same_hit_of(const course_scene *s, course_ray ray, 
 }
 
 /* The same of rays that are traced alone: they are numbered as they come. */
-EX_UNUSED static bool course_same_hit(const course_scene *s, course_ray ray, const course_hit *mine,
-                                      const course_hit *theirs, course_tally *tally) {
+EX_UNUSED static bool course_same_hit(
+    const course_scene *s, course_ray ray, const course_hit *mine, const course_hit *theirs, course_tally *tally) {
   return course_same_hit_of(s, ray, mine, theirs, tally, PKTRT_NONE, tally->rays);
 }
 
 /* Compares whether anything is hit: shadows. A difference is excused where all that decides is a triangle that is hit within
    COURSE_EDGE of an edge, or at an end of the ray. */
-EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ray, bool mine, bool theirs,
-                                            course_tally *tally) {
+EX_UNUSED static bool course_same_occlusion(
+    const course_scene *s, course_ray ray, bool mine, bool theirs, course_tally *tally) {
   tally->rays++;
   if (mine == theirs) return true;
   bool surely = false, perhaps = false;
@@ -413,7 +412,7 @@ EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ra
 
 EX_UNUSED static void course_tally_print(const course_tally *t) {
   printf("  %u of %u rays differ from the library, %u more at edges or in ties\n", (unsigned)t->different,
-         (unsigned)t->rays, (unsigned)t->excused);
+      (unsigned)t->rays, (unsigned)t->excused);
 }
 
 static int course_checked; /* the chapter */
@@ -422,7 +421,7 @@ static int course_checked; /* the chapter */
 static void course_crashed(int signal_number) {
   (void)signal_number;
   printf("chapter %d: failed: it reads or writes where nothing is, as with a number of no node or triangle\n",
-         course_checked);
+      course_checked);
   fflush(stdout);
   _Exit(1);
 }
@@ -472,8 +471,8 @@ EX_UNUSED static void course_log_event(void *user, const pktrt_event *event) {
 
 /* Traces up to 256 rays as one packet on the paper's path, of which `steps` are taken (see pktrt_paper_step), and logs
    its events. hits may be NULL. */
-EX_UNUSED static void course_library_packet(const pktrt_scene *library, const course_ray *rays, uint32_t n,
-                                            uint32_t steps, course_hit *hits, course_log *log) {
+EX_UNUSED static void course_library_packet(
+    const pktrt_scene *library, const course_ray *rays, uint32_t n, uint32_t steps, course_hit *hits, course_log *log) {
   pktrt_ray ray[256];
   pktrt_hit hit[256];
   pktrt_query_desc query;
@@ -510,16 +509,16 @@ static void course_log_tidy(course_log *log) {
 }
 
 static void course_say_event(const char *who, const course_log *log, size_t i) {
-  static const char *const kind[] = {"NODE",     "FIRST_HIT", "INTERVAL_CULL", "FRUSTUM_CULL", "LATER_HIT",
-                                     "ALL_MISS", "LEAF",      "HIT",           "NONE_LEFT"};
+  static const char *const kind[] = {
+      "NODE", "FIRST_HIT", "INTERVAL_CULL", "FRUSTUM_CULL", "LATER_HIT", "ALL_MISS", "LEAF", "HIT", "NONE_LEFT"};
   if (i >= log->count) {
     printf("  %s: nothing more\n", who);
     return;
   }
   const pktrt_event *e = &log->event[i];
   printf("  %s: %s, index %u, child %u, ray %u\n", who,
-         e->kind <= PKTRT_EVENT_NONE_LEFT ? kind[e->kind] : "what is unknown", (unsigned)e->index, (unsigned)e->child,
-         (unsigned)e->ray);
+      e->kind <= PKTRT_EVENT_NONE_LEFT ? kind[e->kind] : "what is unknown", (unsigned)e->index, (unsigned)e->child,
+      (unsigned)e->ray);
 }
 
 /* Tidies two logs of a packet and compares them, event by event: kind, index, child and ray. Says what differs first,
@@ -533,7 +532,7 @@ EX_UNUSED static bool course_same_log(course_log *mine, course_log *theirs, uint
     }
     if (!quiet) {
       printf("packet %u: of its %u events number %u is the first that differs; events count from 1, packets from 0\n",
-             (unsigned)packet, (unsigned)theirs->count, (unsigned)i + 1);
+          (unsigned)packet, (unsigned)theirs->count, (unsigned)i + 1);
       course_say_event("expected", theirs, i), course_say_event("got", mine, i);
     }
     return false;
@@ -597,8 +596,8 @@ EX_UNUSED static bool course_slabs_enter(const course_slabs *s, const float lo[3
 
 /* Makes a triangle the ray's hit, and the ray shorter, if it is nearer than the hit so far; tells whether it is. A hit
    begins as {tmax, 0, 0, COURSE_NONE}; u and v stay as they are. */
-EX_UNUSED static bool course_slabs_meet(course_slabs *s, const course_scene *scene, course_ray ray, uint32_t triangle,
-                                        course_hit *hit) {
+EX_UNUSED static bool course_slabs_meet(
+    course_slabs *s, const course_scene *scene, course_ray ray, uint32_t triangle, course_hit *hit) {
   double t;
   if (!(course_inside(scene, ray, triangle, &t) > 0 && t > (double)ray.tmin && (float)t < hit->t)) return false;
   hit->t = (float)t, hit->triangle = triangle;

@@ -65,7 +65,7 @@ static void sums(void) {
   for (int i = 0; i < TERMS; i++) terms[i] = 1.0f / (float)(i % 1000 + 1);
   for (int n = 1; n <= 7; n += n < 4 ? n : 3)
     printf("sum of %d floats by %d workers: a piece each %.3f, %d pieces %.3f\n", TERMS, n,
-           (double)sum_in_pieces(terms, TERMS, n, n), BLOCKS, (double)sum_in_pieces(terms, TERMS, BLOCKS, n));
+        (double)sum_in_pieces(terms, TERMS, n, n), BLOCKS, (double)sum_in_pieces(terms, TERMS, BLOCKS, n));
 }
 
 /* [backwards] */
@@ -81,9 +81,9 @@ static void render(pktrt_isa isa, int first, bool last_piece_first, pktrt_render
   static const float lamps[3][6] = {{-3, 6, 1, 90, 24, 9}, {2, 5, 4, 21, 60, 27}, {1, 7, -2, 9, 27, 120}};
   const pktrt_scene_desc desc = {.isa = isa, .parallel_for = last_piece_first ? backwards : NULL};
   const pktrt_mesh_desc mesh = {.positions = shape.position[0].at,
-                                .vertex_count = shape.vertices,
-                                .indices = shape.corner[0],
-                                .triangle_count = shape.triangles};
+      .vertex_count = shape.vertices,
+      .indices = shape.corner[0],
+      .triangle_count = shape.triangles};
   pktrt_scene *scene = pktrt_scene_create(&desc);
   bool ok = scene && !pktrt_add_mesh(scene, &mesh, NULL);
   for (int i = 0; ok && i < 3; i++) {
@@ -125,9 +125,9 @@ static void promises(void) {
     if (!pktrt_isa_available((pktrt_isa)isa)) continue;
     for (int way = 0; way < 24; way++) {
       pktrt_render_desc view = {.pixels = pixels,
-                                .path = (pktrt_path)(way % 3),
-                                .packet_size = way / 3 % 2 ? 16 : 2,
-                                .tile_size = way / 6 % 2 ? 64 : 7};
+          .path = (pktrt_path)(way % 3),
+          .packet_size = way / 3 % 2 ? 16 : 2,
+          .tile_size = way / 6 % 2 ? 64 : 7};
       render((pktrt_isa)isa, 0, way / 12 != 0, &view);
       uint64_t sum = 14695981039346656037u; /* FNV-1a, by words */
       memcpy(bits, pixels, sizeof bits);
@@ -136,7 +136,7 @@ static void promises(void) {
       others += sum != first;
     }
     printf("%s: after %u pictures %u are other than the first, whose checksum is %016llx\n",
-           pktrt_isa_string((pktrt_isa)isa), pictures, others, (unsigned long long)first);
+        pktrt_isa_string((pktrt_isa)isa), pictures, others, (unsigned long long)first);
   }
 }
 

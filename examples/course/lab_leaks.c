@@ -93,7 +93,7 @@ static void draw_edges(const ball *b, vec eye, svg *s, int panel, const char *ti
   const int left = 15 + 310 * (panel % 2), top = 40 + 330 * (panel / 2);
   svg_text(s, left + 140, top - 15, 14, SVG_MIDDLE, "%s%s", title, panel < 2 ? "" : ", moving");
   fprintf(s->file, "<svg x=\"%d\" y=\"%d\" width=\"280\" height=\"280\" viewBox=\"%d %d 280 280\">\n", left, top, left,
-          top);
+      top);
   for (uint32_t i = 0; i < 3 * b->scene.triangles; i++) {
     const uint32_t v0 = b->scene.corner[i / 3][i % 3], v1 = b->scene.corner[i / 3][(i + 1) % 3];
     double x0, y0, x1, y1;
@@ -118,7 +118,7 @@ int main(void) {
   course_make_folder();
   if (!svg_begin(&s, "out/course/lab_leaks.svg", 620, 670)) return 1;
   printf("lab_leaks: of %d rays from inside a closed ball of %u triangles to its edges and vertices\n", RAYS,
-         (unsigned)b.scene.triangles);
+      (unsigned)b.scene.triangles);
   for (int moving = 0; moving < 2; moving++) {
     b.moves = moving;
     pktrt_scene *library = add_to_library(&b);
@@ -143,8 +143,8 @@ int main(void) {
     wrong |= leaks[2] || leaks[3];
     pktrt_scene_destroy(library);
     printf("  leak, %s: Moeller-Trumbore %u (%u at a vertex), Kensler-Shirley %u (%u), sheared %u, the library %u\n",
-           moving ? "moving" : "at rest", (unsigned)leaks[0], (unsigned)at_vertex[0], (unsigned)leaks[1],
-           (unsigned)at_vertex[1], (unsigned)leaks[2], (unsigned)leaks[3]);
+        moving ? "moving" : "at rest", (unsigned)leaks[0], (unsigned)at_vertex[0], (unsigned)leaks[1],
+        (unsigned)at_vertex[1], (unsigned)leaks[2], (unsigned)leaks[3]);
   }
   return !svg_end(&s) || wrong;
 }

@@ -14,8 +14,8 @@ typedef struct section {
 } section;
 
 /* Begins a panel of a drawing, with its upper left corner at (x, y): what reaches out of it is cut off. */
-EX_UNUSED static section section_begin(svg *to, int up, double z, double low, double unit, double x, double y,
-                                       double width, double height) {
+EX_UNUSED static section section_begin(
+    svg *to, int up, double z, double low, double unit, double x, double y, double width, double height) {
   const section s = {to, up, z, low, height, unit};
   fprintf(to->file, "<svg x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\">\n", x, y, width, height);
   return s;
@@ -27,8 +27,8 @@ static double section_v(const section *s, const float p[3]) {
   return s->bottom - ((double)p[s->up] - s->low) * s->unit;
 }
 
-EX_UNUSED static void section_box(const section *s, const float lo[3], const float hi[3], const char *fill,
-                                  const char *line) {
+EX_UNUSED static void section_box(
+    const section *s, const float lo[3], const float hi[3], const char *fill, const char *line) {
   svg_box(s->to, section_u(s, lo), section_v(s, lo), section_u(s, hi), section_v(s, hi), fill, line);
 }
 
@@ -36,7 +36,7 @@ EX_UNUSED static void section_box(const section *s, const float lo[3], const flo
 EX_UNUSED static void section_ray(const section *s, course_ray ray, float t, const char *colour, double width) {
   const vec end = vec_add(ray.origin, vec_scale(ray.direction, t));
   svg_ray(s->to, section_u(s, ray.origin.at), section_v(s, ray.origin.at), section_u(s, end.at), section_v(s, end.at),
-          colour, width);
+      colour, width);
 }
 
 /* The lines in which the plane of this x cuts the scene. */
@@ -51,7 +51,7 @@ EX_UNUSED static void section_scene(const section *s, const course_scene *scene,
     }
     if (n == 2)
       svg_line(s->to, section_u(s, cut[0].at), section_v(s, cut[0].at), section_u(s, cut[1].at),
-               section_v(s, cut[1].at), "#000", 1.2);
+          section_v(s, cut[1].at), "#000", 1.2);
   }
 }
 

@@ -759,7 +759,7 @@ class Scene:
             return call(self.handle, *fitting)
 
         if kind.result == ffi.typeof("pktrt_status"):
-            if re.search(rf"\bpktrt_{name}\(const ", _DECLARED):  # cffi forgets const
+            if re.search(rf"\bpktrt_{name}\(\s*const ", _DECLARED):  # cffi forgets const
                 return lambda *arguments: self._checked(checked(*arguments), name)
             return lambda *arguments: self._must(checked(*arguments))
         return checked

@@ -78,17 +78,16 @@ typedef struct walk_world {
 /* Makes the boxes of examples/packets.c: 6 x 6 of them on a floor. Corners of a box are numbered by the bits x, y, z. */
 static course_scene walk_boxes_make(void) {
   enum { EDGE = 6, BOXES = EDGE * EDGE };
-  static const uint32_t box[12][3] = {{0, 1, 5}, {0, 5, 4}, {2, 7, 3}, {2, 6, 7}, {0, 4, 6}, {0, 6, 2},
-                                      {1, 3, 7}, {1, 7, 5}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  static const uint32_t box[12][3] = {{0, 1, 5}, {0, 5, 4}, {2, 7, 3}, {2, 6, 7}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7},
+      {1, 7, 5}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
   static const uint32_t ground[2][3] = {{0, 1, 2}, {0, 2, 3}};
   course_scene s = course_scene_empty();
   for (uint32_t i = 0; i < BOXES; i++) {
     const float x = (float)(i % EDGE) - EDGE / 2, z = (float)(i / EDGE) - EDGE / 2;
     for (uint32_t k = 0; k < 36; k++) s.corner[s.triangles + k / 3][k % 3] = s.vertices + box[k / 3][k % 3];
     for (int c = 0; c < 8; c++)
-      s.position[s.vertices++] =
-          vec_make(x + 0.2f + (c & 1 ? 0.6f : 0.0f), //
-                   c & 2 ? 0.3f + 0.25f * (float)(i * 7 % 5) : 0.0f, z + 0.2f + (c & 4 ? 0.6f : 0.0f));
+      s.position[s.vertices++] = vec_make(x + 0.2f + (c & 1 ? 0.6f : 0.0f), //
+          c & 2 ? 0.3f + 0.25f * (float)(i * 7 % 5) : 0.0f, z + 0.2f + (c & 4 ? 0.6f : 0.0f));
     s.triangles += 12;
   }
   for (uint32_t k = 0; k < 6; k++) s.corner[s.triangles + k / 3][k % 3] = s.vertices + ground[k / 3][k % 3];
@@ -214,8 +213,8 @@ static bool walk_send_out(pktrt_ray *ray) {
 /* Makes the packet to be traced and gives its rays: walk_ray. Those of a camera go through side x side places, spacing
    pixels apart, of which the first is around (x, y), row by row or in Morton's order; the others (kind 1: shadow rays,
    2: reflections) start where these end. */
-WALK_EXPORT const uint32_t *walk_packet(uint32_t scene, uint32_t kind, uint32_t side, uint32_t x, uint32_t y,
-                                        uint32_t spacing, uint32_t morton) {
+WALK_EXPORT const uint32_t *walk_packet(
+    uint32_t scene, uint32_t kind, uint32_t side, uint32_t x, uint32_t y, uint32_t spacing, uint32_t morton) {
   static walk_list list;
   side = walk_within(side, 1, WALK_SIDE), spacing = walk_within(spacing, 1, WALK_HEIGHT / WALK_SIDE);
   x = walk_within(x, 0, WALK_WIDTH - side * spacing), y = walk_within(y, 0, WALK_HEIGHT - side * spacing);
@@ -249,22 +248,10 @@ WALK_EXPORT const uint32_t *walk_packet(uint32_t scene, uint32_t kind, uint32_t 
 /* Notes an event, with what had been done by then. */
 static void walk_note(void *user, const pktrt_event *e) {
   const pktrt_counts *c = &walk.stats.by_type[PKTRT_RAY_PRIMARY];
-  walk_event w = {(uint32_t)e->kind,
-                  e->index,
-                  e->child,
-                  e->ray,
-                  e->active,
-                  e->tested,
-                  e->tree,
-                  e->packet,
-                  e->depth, //
-                  (uint32_t)c->node_visits,
-                  (uint32_t)c->box_tests,
-                  (uint32_t)c->vector_box_tests,
-                  (uint32_t)c->triangle_tests,
-                  (uint32_t)c->vector_triangle_tests,
-                  PKTRT_NONE,
-                  0};
+  walk_event w = {(uint32_t)e->kind, e->index, e->child, e->ray, e->active, e->tested, e->tree, e->packet,
+      e->depth, //
+      (uint32_t)c->node_visits, (uint32_t)c->box_tests, (uint32_t)c->vector_box_tests, (uint32_t)c->triangle_tests,
+      (uint32_t)c->vector_triangle_tests, PKTRT_NONE, 0};
   (void)user;
   if (e->kind == PKTRT_EVENT_HIT) {
     const pktrt_ray *r = &walk.ray[e->ray];

@@ -18,7 +18,7 @@ int main(int argc, char **argv) {
   for (int i = 1; i < argc && i <= 8; i++) n[i - 1] = (uint32_t)strtoul(argv[i], NULL, 10);
   print_words(walk_packet(n[0], n[1], n[2], n[3], n[4], n[5], n[6]), sizeof(walk_ray) / 4);
   print_words(walk_trace(n[7]), sizeof(walk_event) / 4);
-  for (uint32_t a = 0; a <= PKTRT_ASSEMBLY_NONE; a++) /* ray 1 is the last digit: ddddffmm, ggmmgggg */
+  for (uint32_t a = 0; a <= PKTRT_ASSEMBLY_NONE; a++) /* ray 1 is the last digit: `ddddffmm`, `ggmmgggg` */
     print_words(walk_figure(a, 022110000, 033332233), sizeof(walk_member) / 4);
   return 0;
 }

@@ -112,7 +112,7 @@ WEB_EXPORT int web_resize(unsigned width, unsigned height) {
 
 /* Looks from the eye to the target. Diameter of the lens, and the distance that is sharp (0: the target's). */
 WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double target_x, double target_y, double target_z,
-                           double aperture, double focus) {
+    double aperture, double focus) {
   pktrt_camera *c = &web.view.camera;
   c->eye[0] = (float)eye_x, c->eye[1] = (float)eye_y, c->eye[2] = (float)eye_z;
   c->target[0] = (float)target_x, c->target[1] = (float)target_y, c->target[2] = (float)target_z;

@@ -27,7 +27,7 @@ WEB_EXPORT int web_open_model(double light_size);
 WEB_EXPORT int web_pose(double time, double shutter);
 WEB_EXPORT int web_resize(unsigned width, unsigned height);
 WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double target_x, double target_y, double target_z,
-                           double aperture, double focus);
+    double aperture, double focus);
 WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost, double attenuation);
 WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsigned pass);
 WEB_EXPORT const float *web_first_camera(void);

@@ -137,9 +137,8 @@ static void floor_texture(void *user, const pktrt_points *points) {
 
 static pktrt_status add_floor(pktrt_scene *scene) {
   static const float corners[4][3] = {{-FLOOR_SIZE / 2, -FLOOR_DEPTH, FLOOR_SIZE / 2},
-                                      {FLOOR_SIZE / 2, -FLOOR_DEPTH, FLOOR_SIZE / 2},
-                                      {FLOOR_SIZE / 2, -FLOOR_DEPTH, -FLOOR_SIZE / 2},
-                                      {-FLOOR_SIZE / 2, -FLOOR_DEPTH, -FLOOR_SIZE / 2}};
+      {FLOOR_SIZE / 2, -FLOOR_DEPTH, FLOOR_SIZE / 2}, {FLOOR_SIZE / 2, -FLOOR_DEPTH, -FLOOR_SIZE / 2},
+      {-FLOOR_SIZE / 2, -FLOOR_DEPTH, -FLOOR_SIZE / 2}};
   static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
   pktrt_material material;
   memset(&material, 0, sizeof material);

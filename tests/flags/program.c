@@ -18,10 +18,10 @@ enum {
 
 static float ground_xyz[VERTICES][3];
 static uint32_t ground_index[GROUND][3];
-static const float object_xyz[6][3] = {{1014, 1, 20}, {1026, 1, 20}, {1020, 1, 14},
-                                       {1020, 1, 26}, {1020, 9, 20}, {1020, -7, 20}};
-static const uint32_t object_index[8][3] = {{4, 2, 0}, {4, 1, 2}, {4, 3, 1}, {4, 0, 3},
-                                            {5, 0, 2}, {5, 2, 1}, {5, 1, 3}, {5, 3, 0}};
+static const float object_xyz[6][3] = {
+    {1014, 1, 20}, {1026, 1, 20}, {1020, 1, 14}, {1020, 1, 26}, {1020, 9, 20}, {1020, -7, 20}};
+static const uint32_t object_index[8][3] = {
+    {4, 2, 0}, {4, 1, 2}, {4, 3, 1}, {4, 0, 3}, {5, 0, 2}, {5, 2, 1}, {5, 1, 3}, {5, 3, 0}};
 static pktrt_ray rays[RAYS];
 static pktrt_hit hits[RAYS];
 static float pixels[SIZE * SIZE * 3];
@@ -133,7 +133,7 @@ int main(void) {
     uint64_t sum = 14695981039346656037u;
     add_to(&sum, hits, sizeof hits), add_to(&sum, pixels, sizeof pixels);
     printf("%s %016llx, single calls: %d of %d differ\n", pktrt_isa_string(desc.isa), (unsigned long long)sum, differ,
-           SINGLE);
+        SINGLE);
     pktrt_scene_destroy(s);
   }
   return 0;

@@ -133,8 +133,8 @@ pktrt_material fuzz_material(feed *b, bool *good) {
   }
   m.exponent = (float)(take_u8(b) * take_u8(b));
   m.transmission = (float)(kind / 32) / 7, m.transparency = (float)(kind / 32) / 8, m.blend = kind >= 128;
-  float *const fields[] = {m.albedo,   m.reflectance, m.ior,           m.extinction,   m.absorption,
-                           m.emission, &m.exponent,   &m.transmission, &m.transparency};
+  float *const fields[] = {m.albedo, m.reflectance, m.ior, m.extinction, m.absorption, m.emission, &m.exponent,
+      &m.transmission, &m.transparency};
   if (odd) fields[odd % 9][odd % 9 < 6 ? odd / 9 % 3 : 0] = take_float(b);
   *good = (int)m.specular >= 0 && m.specular < PKTRT_SPECULAR_COUNT && (int)m.lobe >= 0 && m.lobe <= PKTRT_LOBE_PHONG &&
           !(m.blend && m.specular == PKTRT_SPECULAR_DIELECTRIC) && within(m.albedo, 3, 0, 1) &&

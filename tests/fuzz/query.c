@@ -101,8 +101,8 @@ static const char *compare_arrays(const pktrt_scene *s, const pktrt_ray *rays, c
   return NULL;
 }
 
-static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *want,
-                                 uint32_t n, bool broken) {
+static const char *compare_paths(
+    const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *want, uint32_t n, bool broken) {
   pktrt_hit hit[RAYS];
   bool occluded[RAYS];
   pktrt_stats stats;
@@ -133,8 +133,8 @@ static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray
   return compare_arrays(s, rays, want, n);
 }
 
-static const char *compare_spawned(const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *hit,
-                                   uint32_t n) {
+static const char *compare_spawned(
+    const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *hit, uint32_t n) {
   for (uint32_t i = 0; i < n; i += 7) {
     float direction[3];
     pktrt_ray out;
@@ -169,7 +169,7 @@ static const char *follow_chains(const pktrt_scene *s, const geometry *g, const 
         if (wrong) return wrong;
         if (steps &&
             !(next.t > last.t || (next.t == last.t && (next.mesh > last.mesh ||
-                                                       (next.mesh == last.mesh && next.triangle > last.triangle)))))
+                                                          (next.mesh == last.mesh && next.triangle > last.triangle)))))
           return "A chain of hits goes back, or stays.";
         if (steps == triangles) return "A chain of hits does not end.";
         last = next;
@@ -208,8 +208,8 @@ static const char *try_numbers(feed b) {
   return pktrt_sampler_string(sampling.sampler) ? NULL : "A sampler has no string.";
 }
 
-static const char *answer_alone(const pktrt_scene *s, const geometry *g, const pktrt_ray *rays, pktrt_hit *hit,
-                                uint32_t n) {
+static const char *answer_alone(
+    const pktrt_scene *s, const geometry *g, const pktrt_ray *rays, pktrt_hit *hit, uint32_t n) {
   for (uint32_t i = 0; i < n; i++) {
     pktrt_hit truth;
     const bool found = pktrt_intersect(s, &rays[i], &hit[i]);

@@ -89,8 +89,8 @@ static float *take_vectors(feed *b, const model_mesh *g, uint32_t keys, uint32_t
   return p;
 }
 
-static pktrt_status status_of_mesh(const model_mesh *g, const float *positions, const float *normals,
-                                   const uint32_t *indices) {
+static pktrt_status status_of_mesh(
+    const model_mesh *g, const float *positions, const float *normals, const uint32_t *indices) {
   for (uint32_t i = 0; indices && i < 3 * g->triangles; i++)
     if (indices[i] >= g->vertices) return PKTRT_INVALID_ARGUMENT;
   for (uint32_t k = 0; k < g->keys; k++) {

@@ -26,8 +26,8 @@ typedef struct setting { /* all that is taken from the feed */
 static pktrt_status add_meshes(pktrt_scene *s, const setting *x) {
   static const float square[12] = {-4, 0, -4, -4, 0, 4, 4, 0, 4, 4, 0, -4};
   static const uint32_t two[6] = {0, 1, 2, 0, 2, 3};
-  static const uint32_t box[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
-                                   2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  static const uint32_t box[36] = {
+      0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
   pktrt_mesh_desc m[3];
   memset(m, 0, sizeof m);
   m[0].positions = square, m[0].vertex_count = 4, m[0].indices = two, m[0].triangle_count = 2;

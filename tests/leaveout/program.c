@@ -13,8 +13,8 @@ enum { OBJECT_VERTICES = 6, OBJECT = 8, WIDTH = 30, HEIGHT = 22 };
 static float ground_xyz[GROUND_VERTICES][3], object_xyz[2][OBJECT_VERTICES][3], normals[2][OBJECT_VERTICES][3];
 static const float texcoords[OBJECT_VERTICES][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0.5f, 0.25f}, {0.25f, 0.5f}};
 static uint32_t ground_index[GROUND][3];
-static const uint32_t object_index[OBJECT][3] = {{4, 0, 2}, {4, 2, 1}, {4, 1, 3}, {4, 3, 0},
-                                                 {5, 2, 0}, {5, 1, 2}, {5, 3, 1}, {5, 0, 3}};
+static const uint32_t object_index[OBJECT][3] = {
+    {4, 0, 2}, {4, 2, 1}, {4, 1, 3}, {4, 3, 0}, {5, 2, 0}, {5, 1, 2}, {5, 3, 1}, {5, 0, 3}};
 
 typedef struct request { /* what a case asks for */
   pktrt_mesh_desc object;

@@ -4,8 +4,8 @@
 
 #include "../../examples/scenes.h"
 
-extern bool scene_for_python(pktrt_scene *to, const char *name, pktrt_camera *camera, float background[3],
-                             float ambient[3]);
+extern bool scene_for_python(
+    pktrt_scene *to, const char *name, pktrt_camera *camera, float background[3], float ambient[3]);
 
 /* At rest. The scene is kept: materials may point into it. false: there is none of that name. */
 bool scene_for_python(pktrt_scene *to, const char *name, pktrt_camera *camera, float background[3], float ambient[3]) {

@@ -92,8 +92,8 @@ static void keeps_its_threads(void) {
   ex_threads threads = ex_threads_of(3), more[8];
   the.seen_count = 0;
   for (int call = 0; call < 50; call++) ex_parallel_for(&threads, 30, note_thread, &the);
-  check(the.seen_count > 1 && the.seen_count <= 3,
-        "50 calls are made by the same three threads at most, and not by one");
+  check(
+      the.seen_count > 1 && the.seen_count <= 3, "50 calls are made by the same three threads at most, and not by one");
   for (int k = 0; k < 8; k++) more[k] = ex_threads_of(3), ex_parallel_for(&more[k], 30, note_thread, &the);
   check(the.seen_count > 3, "and eight more sets of threads are seen as others");
   for (int k = 0; k < 8; k++) ex_threads_stop(&more[k]);

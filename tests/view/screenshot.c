@@ -90,8 +90,8 @@ static int compare(const screen *s, unsigned x, unsigned y, const char *path, co
   unsigned char *part = cut(s, x, y, (unsigned)width, (unsigned)height);
   if (part) {
     const size_t colours = count_colours(part, pixels), different = count_differences(part, picture, pixels);
-    printf("%d x %d at %u, %u: %zu colours, %zu pixels differ from %s\n", width, height, x, y, colours, different,
-           path);
+    printf(
+        "%d x %d at %u, %u: %zu colours, %zu pixels differ from %s\n", width, height, x, y, colours, different, path);
     result = different == 0 && colours >= LEAST_COLOURS ? 0 : 1;
     if (part_path && !stbi_write_png(part_path, width, height, 3, part, 3 * width)) result = 2;
   } else {

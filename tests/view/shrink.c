@@ -21,8 +21,8 @@ static double share(int i, double from, double to) {
 }
 
 /* Finds the mean of a rectangle of the picture, in pixels. */
-static void average(const picture *p, const double linear[256], const double low[2], const double high[2],
-                    float out[3]) {
+static void average(
+    const picture *p, const double linear[256], const double low[2], const double high[2], float out[3]) {
   double sum[3] = {0, 0, 0};
   double all = 0;
 

@@ -1,0 +1,194 @@
+# The web page, the course, and the pictures that READMEs show. Included by the Makefile.
+
+#:
+#: --- web page, course, pictures ---
+.PHONY: web web-serve test-web test-web-node test-serve
+.PHONY: course course-check course-test course-text course-check-text course-pictures
+.PHONY: readme-pictures example-pictures
+FOLDERS += build/web $(WEB) $(B)/course $(B)/course/tcc out/course
+
+# --- the web page ---
+
+# The page is a folder of static files. Its module needs WebAssembly's vectors; in a browser without them the page says so. Debian's
+# emcc looks for its parser in NODE_PATH.
+WEB = out/web
+WEB_CC = NODE_PATH=/usr/share/nodejs$(if $(NODE_PATH),:$(NODE_PATH)) emcc -O2 -msimd128 $(STRICT)
+WEB_OBJECTS = build/web/pktrt.o \
+  $(patsubst examples/web/%.c,build/web/%.o,$(filter-out %/walk_events.c,$(wildcard examples/web/*.c)))
+WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -s ALLOW_MEMORY_GROWTH=1 -s FILESYSTEM=0 \
+  -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
+WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
+PORT ?= 8000
+EMCC := $(shell command -v emcc)
+web:
+ifeq ($(EMCC),)
+	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
+else
+	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE)
+	@echo "web: $(WEB) is ready, $$(cat $(WEB)/* | gzip -9 | wc -c) bytes compressed; make web-serve shows it"
+endif
+
+#: web-serve         shows the page out/web at http://localhost:8000; PORT=8001 elsewhere
+web-serve: web
+	python3 examples/web/serve.py $(WEB) $(PORT)
+
+# What node can see of it: the bits of build/render and build/walk_events, memory that stays, time (ARGS=--quick leaves out the last
+# two), whether the course's links lead where they say, and models from files, hostile ones too. Then the page as someone would use
+# it, in Chromium; ONLY="pictures walk" picks functions of tests/web_page.js.
+#: test-web          drives the page in Chromium by keys, mouse and touch; deps-web installs Chromium
+#: test-web-node     tests what needs no browser; test-serve tests serve.py, which keeps to its folder
+test-web: test-web-node
+	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
+
+test-serve:
+	python3 tests/serve.py
+
+test-web-node: web test-serve
+	$(BUILD) $(B)/render $(B)/walk_events
+	node tests/web.js $(WEB) $(B)/render $(ARGS)
+	node tests/walk.js $(WEB) $(B)/walk_events
+	node tests/web_files.js $(WEB) $(ARGS)
+
+$(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
+	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@
+
+build/web/pktrt.o: pktrt.h | build/web
+	$(WEB_CC) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
+build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | build/web
+	$(WEB_CC) $(SHARED) -c $< -o $@
+
+# What the page shows of a packet's walk, as text. stb's header, which walk.c includes and does not use, is among the system's.
+build/web/walk.o: WEB_CC += -idirafter /usr/include
+build/web/walk.o $(B)/walk_events: examples/web/walk.c examples/course/course.h examples/course/07_figure3.h
+$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o
+	$(PROGRAM)
+
+$(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
+	cp $< $@
+
+# --- the course ---
+
+# Chapters and labs are found by their names, as examples/course/README.md says. A program's figures stand beside its pictures.
+COURSE = examples/course
+COURSE_HEADERS = $(wildcard $(COURSE)/*.h) $(EXAMPLE_HEADERS)
+COURSE_FILES = $(sort $(patsubst $(COURSE)/%.c,%,$(wildcard $(COURSE)/*.c)))
+COURSE_PROGRAMS = $(filter-out %_check %_exercise %_solution,$(COURSE_FILES))
+COURSE_CHECKS = $(patsubst %_check,%,$(filter %_check,$(COURSE_FILES)))
+COURSE_TEXTS = $(sort $(wildcard $(COURSE)/*.md))
+COURSE_CC = $(CC) $(CFLAGS) $(STRICT) $(SHARED) -I$(COURSE)
+
+# All programs, or those of chapter N.
+CHAPTER = $(if $(filter 1 2 3 4 5 6 7 8 9,$(N)),0)$(N)
+COURSE_RUN = $(if $(N),$(filter $(CHAPTER)_%,$(COURSE_PROGRAMS)),$(COURSE_PROGRAMS))
+course:
+	@[ -n "$(COURSE_RUN)" ] || { echo "course: there is no chapter $(N)"; exit 1; }
+	$(BUILD) $(COURSE_RUN:%=out/course/%.txt)
+	@cat $(COURSE_RUN:%=out/course/%.txt)
+
+out/course/%.txt: $(B)/course/% | out/course
+	$< >$@ || { cat $@; exit 1; }
+
+COURSE_LIBRARY = $(B)/pktrt.o
+$(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
+	$(COURSE_CC) $< $(COURSE_LIBRARY) -o $@ $(LDFLAGS) $(LDLIBS)
+
+# This program compares instruction sets.
+$(B)/course/lab_differences: COURSE_LIBRARY = $(B)/all/pktrt.o
+$(B)/course/lab_differences: $(B)/all/pktrt.o
+
+.SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
+
+# An answer is compiled with the check of its chapter, which may include programs.
+COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
+$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
+$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
+
+course-check: | $(B)/course out/course
+	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \
+	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine_02.c"; exit 1; }
+	@$(MAKE) --no-print-directory -q $(B)/pktrt.o || $(MAKE) --no-print-directory $(B)/pktrt.o
+	@$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
+	@$(B)/course/$(CHAPTER)_mine
+
+#: course-test       tests solutions, which pass, skeletons, which fail, and the listings of the texts;
+#:                   course-check-text tests the listings alone
+TCC := $(shell command -v tcc)
+course-test: course-check-text | out/course
+	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
+	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o))
+	@echo "course-test: $(if $(TCC),all $(words $(COURSE_FILES)) files compile with tcc,tcc is not installed (make deps-extra), nothing is compiled by it)"
+	tests/course.sh $(B)/course $(COURSE_CHECKS)
+
+$(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc
+	$(TCC) -std=c99 -Wall -Werror $(SHARED) -c $< -o $@
+
+# Listings are the code between marks: see listings.awk there.
+#: course-text       copies the code into the texts of examples/course; changes tracked files
+course-text: | $(B)/course
+	@set -e; for text in $(COURSE_TEXTS); do \
+	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text; cmp -s $(B)/course/text $$text || cp $(B)/course/text $$text; \
+	done
+
+course-check-text: | $(B)/course
+	@good=0; for text in $(COURSE_TEXTS); do \
+	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text || good=1; diff -u $$text $(B)/course/text || good=1; \
+	done; [ $$good = 0 ] && echo "course-check-text: the listings of $(words $(COURSE_TEXTS)) texts are those of the code"
+
+# The pictures that texts show are kept under version control, if they are small.
+#: course-pictures   copies the pictures of these texts to .pictures/course; changes tracked files
+course-pictures: course
+	mkdir -p .pictures/course
+	@for name in $$(grep -ohE '\.pictures/course/[A-Za-z0-9_]+\.(png|svg)' $(COURSE_TEXTS) | sort -u); do \
+	  file=out/course/$${name##*/}; case $$file in *.svg) most=100000 ;; *) most=60000 ;; esac; \
+	  [ -s $$file ] || { echo "$$file is not made by a program of the course"; exit 1; }; \
+	  [ $$(wc -c <$$file) -le $$most ] || { echo "$$file has more than $$most bytes"; exit 1; }; \
+	  cmp -s $$file $$name || cp $$file $$name; \
+	done
+
+# --- the pictures of READMEs ---
+
+# The pictures of the demo with more samples per pixel; they are kept under version control.
+#: readme-pictures   makes the pictures of READMEs, then example-pictures; changes tracked files
+readme-pictures: effects
+	$(BUILD) $(B)/render
+	mkdir -p .pictures
+	@set -e; $(PICTURE); for scene in $(SCENES); do for mode in rcs wrt drt; do \
+	  picture --scene $$scene --mode $$mode --spp 256 --size 512x512 $(LOOK) -o .pictures/$$scene-$$mode.png; \
+	done; done
+	@$(PICTURE); picture --scene rtrt --mode drt --spp 256 --size 1024x640 $(LOOK) -o .pictures/rtrt-large.png
+	cp out/effects-*.png .pictures/
+ifeq ($(ASSIMP),)
+	@echo "readme-pictures: without assimp there is no model.png"
+else
+	@$(MAKE) --no-print-directory model
+	cp out/model.png .pictures/
+endif
+	@$(MAKE) --no-print-directory example-pictures
+
+# The pictures of examples/README.md are 256 pixels wide. Those of render are made from the pictures of the README.
+GALLERY = .pictures/examples
+SMALL = small() { $(B)/shrink "$$1" $(GALLERY)/$$2.png 256; }
+#: example-pictures  makes the small pictures of examples/README.md; changes tracked files
+example-pictures: effects | out
+	$(BUILD) $(B)/shrink $(addprefix $(B)/,hello pick cornell deform instances changes lightmap distance)
+	mkdir -p $(GALLERY)
+	@set -e; for program in pick cornell instances changes lightmap distance; do $(B)/$$program; done >out/examples.txt
+	$(B)/hello out/hello.png
+	$(B)/deform --frames 4 --size 768x480
+	@set -e; $(SMALL); for name in hello cornell instances lightmap distance; do small out/$$name.png $$name; done; \
+	  small out/pick-before.png pick; small out/deform-001.png deform; small out/changes-2.png changes; \
+	  small out/effects-gloss.png effects; small .pictures/poolhall-drt.png poolhall; \
+	  small .pictures/conference-drt.png conference; small .pictures/rtrt-large.png rtrt; \
+	  small .pictures/model.png model
+	@set -e; $(SMALL); if [ -n "$(PYTHON)" ] && $(PYTHON) -c 'import matplotlib'; then export PKTRT_CACHE=$(B)/python; \
+	  $(PYTHON) -B examples/python/ao.py >out/ao.pgm; small out/ao.pgm ao; \
+	  $(PYTHON) -B examples/python/factors.py out/factors.png; small out/factors.png factors; \
+	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
+	@most=1200000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
+
+$(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
+	$(PROGRAM)

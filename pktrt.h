@@ -1972,7 +1972,7 @@ enum {
 #define PK_ENVIRONMENT_FINE 1024 /* blocks of cells, and of their parts, that are refined at most: 1.1 KiB each */
 #endif
 #ifndef PK_ENVIRONMENT_FINE_LIGHT
-#define PK_ENVIRONMENT_FINE_LIGHT (1.0 / 16384) /* of all light, that a refined block has: less costs time and memory */
+#define PK_ENVIRONMENT_FINE_LIGHT (1.0 / 65536) /* of all light, that a refined block has: less costs time and memory */
 #endif
 #ifndef PK_ENVIRONMENT_CONTRAST
 #define PK_ENVIRONMENT_CONTRAST 4 /* cells that much brighter than a neighbour are refined */
@@ -20257,29 +20257,32 @@ static uint32_t pk_environment_block(const pk_environment *table, uint32_t row) 
   return cells;
 }
 
-/* Gets, for each cell of a row, the largest value of `upper` and the least of `lower` in it and its neighbours, which
-   reach as far to the sides as down. */
-PK_COLD void pk_environment_around(const pk_environment *table, uint32_t row, const float *upper, const float *lower,
-    float largest[2 * PK_ENVIRONMENT_ROWS], float least[2 * PK_ENVIRONMENT_ROWS]) {
-  uint32_t reach = pk_environment_block(table, row);
-  uint32_t columns = 2 * table->rows, first = row ? row - 1 : 0, end = row + 1 < table->rows ? row + 2 : row + 1;
+/* Gets, for each cell of a row, the largest value of `upper` and the least of `lower` in it and those around, `reach` rows
+   up and down and as far to the sides. */
+PK_COLD void pk_environment_around(const pk_environment *table, uint32_t row, uint32_t reach, const float *upper,
+    const float *lower, float largest[2 * PK_ENVIRONMENT_ROWS], float least[2 * PK_ENVIRONMENT_ROWS]) {
+  uint32_t columns = 2 * table->rows, aside = reach * pk_environment_block(table, row);
+  uint32_t first = row > reach ? row - reach : 0, last = row + reach < table->rows ? row + reach : table->rows - 1;
   float most[2 * PK_ENVIRONMENT_ROWS], fewest[2 * PK_ENVIRONMENT_ROWS];
 
   for (uint32_t x = 0; x < columns; x++) {
-    most[x] = 0;
-    fewest[x] = INFINITY;
-    for (uint32_t y = first; y < end; y++) {
-      most[x] = pk_maxf(most[x], upper[y * columns + x]);
-      fewest[x] = pk_minf(fewest[x], lower[y * columns + x]);
+    largest[x] = 0;
+    least[x] = INFINITY;
+    for (uint32_t y = first; y <= last; y++) {
+      largest[x] = pk_maxf(largest[x], upper[y * columns + x]);
+      least[x] = pk_minf(least[x], lower[y * columns + x]);
     }
   }
 
-  for (uint32_t x = 0; x < columns; x++) {
-    largest[x] = most[x];
-    least[x] = fewest[x];
-    for (uint32_t i = x + columns - reach; i <= x + columns + reach; i++) {
-      largest[x] = pk_maxf(largest[x], most[i % columns]);
-      least[x] = pk_minf(least[x], fewest[i % columns]);
+  /* What is known of `reached` columns to each side is known of three times as many at once. */
+  for (uint32_t reached = 0, step; reached < aside; reached += step) {
+    step = 2 * reached < aside - reached ? 2 * reached + 1 : aside - reached;
+    memcpy(most, largest, sizeof most);
+    memcpy(fewest, least, sizeof fewest);
+    for (uint32_t x = 0; x < columns; x++) {
+      uint32_t left = (x + columns - step) % columns, right = (x + step) % columns;
+      largest[x] = pk_maxf(most[x], pk_maxf(most[left], most[right]));
+      least[x] = pk_minf(fewest[x], pk_minf(fewest[left], fewest[right]));
     }
   }
 }
@@ -20328,7 +20331,7 @@ PK_COLD void pk_environment_want_cells(
 
   for (uint32_t row = 0; row < table->rows; row++) {
     uint32_t cells = pk_environment_block(table, row);
-    pk_environment_around(table, row, most, radiance, largest, least);
+    pk_environment_around(table, row, 2, most, radiance, largest, least);
 
     for (uint32_t x = 0; x < columns; x += cells) {
       pk_environment_wish wish = {0, row * columns + x, cells, 0, 0};
@@ -20535,7 +20538,7 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
     float *to = table->along + row * columns;
     double sum = 0;
 
-    pk_environment_around(table, row, radiance, radiance, largest, least);
+    pk_environment_around(table, row, 1, radiance, radiance, largest, least);
 
     for (uint32_t i = 0; i < columns; i++) {
       double value = pk_max(0, 0.25 * (double)pk_maxf(4 * at[i], largest[i]) - twice_mean);

@@ -458,8 +458,7 @@ static void check_sky(const char *name, cap *c, cap *prepared, bool turned, doub
   view.environment = cap_sky;
   view.user = c;
   const spread e = spread_of(s, &view, prepared == c ? 100 : 70);
-  /* A table whose parts are refined to their rims would have `variance`; the rims of this one make up to a seventh more. */
-  check_spread(name, &e, sky_mean(c), 1.05 * variance, control);
+  check_spread(name, &e, sky_mean(c), variance, control);
   pktrt_scene_destroy(s);
 }
 

@@ -17504,16 +17504,15 @@ static void pk_surface_corner_normals(
 PK_NOINLINE void pk_texcoord_at(
     const pktrt_scene *scene, uint32_t mesh, uint32_t triangle, float u, float v, float out[2]) {
   const pk_mesh *source = pk_mesh_source(scene, mesh);
-  float weight[3] = {1 - u - v, u, v};
+  float weight[3] = {1 - u - v, u, v}, sum[2] = {0, 0};
 
-  out[0] = out[1] = 0;
-  if (!PK_SURFACES || !source->texcoords) return;
-
-  for (uint32_t corner = 0; corner < 3; corner++) {
+  for (uint32_t corner = 0; PK_SURFACES && source->texcoords && corner < 3; corner++) {
     size_t index = (size_t)triangle * 3 + corner;
     size_t vertex = source->indices ? source->indices[index] : index;
-    for (int i = 0; i < 2; i++) out[i] += weight[corner] * source->texcoords[2 * vertex + (size_t)i];
+    for (int i = 0; i < 2; i++) sum[i] += weight[corner] * source->texcoords[2 * vertex + (size_t)i];
   }
+
+  memcpy(out, sum, sizeof sum);
 }
 
 /* Computes the normal of a triangle in the scene, on the side of hits, of any length. Returns false if the triangle has
@@ -21656,7 +21655,6 @@ typedef struct pk_tile_pixel {
   double sum[3], cost;
   float split_excess, splits; /* as in pk_pixel_sums */
   uint32_t x, y;
-  bool split; /* both rays are followed at the first glass */
 } pk_tile_pixel;
 
 /* The working space of one tile. */
@@ -21686,13 +21684,14 @@ typedef struct pk_tile {
   uint32_t wave_rays;    /* most rays of a primary wave */
 
   uint32_t x[PK_BATCH], y[PK_BATCH], sample[PK_BATCH]; /* of the primary rays, */
-  uint32_t pixel[PK_BATCH];                            /* their indices in `pixels`, */
+  uint8_t pixel[PK_BATCH];                             /* their indices in `pixels`, */
   uint8_t deepest[PK_BATCH];                           /* and the depths of their descendants */
   /* At the first glass of a primary ray: its reflectance, which ray refracts, and the difference of both rays. */
   float fresnel[PK_BATCH], split_difference[3][PK_BATCH];
   bool refracts[PK_BATCH];
 
   pk_tile_pixel pixels[PK_BATCH];
+  bool split[PK_BATCH];       /* of the pixels: both rays are followed at the first glass */
   pk_aov_sums aovs[PK_BATCH]; /* of the pixels, if wanted */
   uint32_t pixel_count;
   uint8_t across[PK_BATCH], down[PK_BATCH]; /* a square's pixels in Morton's order */
@@ -21999,7 +21998,11 @@ PK_NOINLINE void pk_material_call_hooks(
   points.triangle = surfaces->triangle + k;
   if (mat->texture) mat->texture(mat->user, &points);
 
-  for (uint32_t i = 0; mat->texture && i < n; i++) {
+  bool bends = false;
+  for (int axis = 0; axis < 3 && mat->texture; axis++)
+    bends = bends || memcmp(new_normal[axis], points.normal[axis], n * sizeof(float)) != 0;
+
+  for (uint32_t i = 0; bends && i < n; i++) {
     float written[3] = {new_normal[0][i], new_normal[1][i], new_normal[2][i]};
     bool same = true;
     for (int axis = 0; axis < 3; axis++) same = same && written[axis] == points.normal[axis][i];
@@ -23308,7 +23311,7 @@ static void pk_spawn_choose(pk_tile *tile, const pk_wave *wave, uint32_t k) {
   float fresnel = surfaces->fresnel[k];
   uint32_t ray = surfaces->ray[k]; /* that of a primary wave is its root */
 
-  if (!pk_spawn_chooses(tile, wave) && tile->pixels[tile->pixel[ray]].split) {
+  if (!pk_spawn_chooses(tile, wave) && tile->split[tile->pixel[ray]]) {
     tile->fresnel[ray] = fresnel;
     return;
   }
@@ -23588,6 +23591,7 @@ static void pk_tile_camera_rays(pk_tile *tile, uint32_t n) {
   bool lens = pk_render_uses(render, PKTRT_FEATURE_LENS), shutter = pk_render_uses(render, PKTRT_FEATURE_SHUTTER);
   bool pinhole = !lens && !(PK_MOTION && camera->moving) && camera->projection == PKTRT_PROJECTION_PERSPECTIVE;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  float middle = (float)pk_camera_shutter_time(camera, 0.5f);
 
   pk_fill_row(wave->importance, n, 1);
   memcpy(wave->parent, tile->surfaces.number, n * sizeof *wave->parent);
@@ -23598,7 +23602,6 @@ static void pk_tile_camera_rays(pk_tile *tile, uint32_t n) {
   memset(tile->deepest, 0, n);
   if (render->sky_light != PKTRT_NONE) pk_fill_row(wave->sky, n, 1);
   memset(wave->asked, 0, n * sizeof *wave->asked);
-  if (!shutter) pk_fill_row(wave->rays.time, n, (float)pk_camera_shutter_time(camera, 0.5f));
   if (render->random) pk_tile_draw_camera(tile, n, lens, shutter);
 
   for (uint32_t i = 0; i < n; i += 8) {
@@ -23606,7 +23609,7 @@ static void pk_tile_camera_rays(pk_tile *tile, uint32_t n) {
 
     for (uint32_t k = 0; k < count; k++) {
       float *time = &wave->rays.time[i + k];
-      if (shutter) *time = (float)pk_camera_shutter_time(camera, *time);
+      *time = shutter ? (float)pk_camera_shutter_time(camera, *time) : middle;
       x[k] = (double)tile->x[i + k] + (render->random ? (double)u[0][i + k] : 0.5);
       y[k] = (double)tile->y[i + k] + (render->random ? (double)u[1][i + k] : 0.5);
     }
@@ -23662,8 +23665,11 @@ PK_NOINLINE void pk_tile_run_wave(pk_tile *tile, uint32_t n) {
   pk_wave_trace(tile, wave, 0, n, n, 0, PKTRT_RAY_PRIMARY);
   for (uint32_t i = 0; i < n; i += step) pk_wave_shade(tile, wave, i, n - i < step ? n - i : step, 0);
 
-  for (uint32_t i = 0; i < n; i++)
-    for (int axis = 0; axis < 3; axis++) tile->pixels[tile->pixel[i]].sum[axis] += (double)wave->radiance[axis][i];
+  for (uint32_t i = 0; i < n; i++) {
+    pk_tile_pixel *pixel = &tile->pixels[tile->pixel[i]];
+    for (int axis = 0; axis < 3; axis++) pixel->sum[axis] += (double)wave->radiance[axis][i];
+  }
+
   if (render->splits && tile->pass < PK_PILOT_PASSES) pk_split_end(tile, n);
 
   if (!PK_STATS || !tile->stats) return;
@@ -23749,23 +23755,27 @@ PK_NOINLINE void pk_tile_write_pixels(const pk_tile *tile) {
 
 /* Appends the pixels of a square of `edge` x `edge` that lie within [area[0], area[2]) x [area[1], area[3]) to those
    that the tile renders next. */
-static void pk_tile_add_pixels(pk_tile *tile, const uint32_t area[4], uint32_t left, uint32_t top, uint32_t edge) {
+PK_HOT void pk_tile_add_pixels(pk_tile *tile, const uint32_t area[4], uint32_t left, uint32_t top, uint32_t edge) {
   pk_pass_sums *passes = tile->render->passes;
   bool all_split = !tile->render->splits || tile->pass < PK_PILOT_PASSES;
-  uint32_t count = tile->pixel_count;
+  uint32_t count = tile->pixel_count, first[2] = {area[0], area[1]}, size[2] = {area[2] - area[0], area[3] - area[1]};
 
   for (uint32_t i = 0; i < edge * edge; i++) {
     uint32_t x = left + tile->across[i], y = top + tile->down[i];
-    if (x < area[0] || x >= area[2] || y < area[1] || y >= area[3]) continue;
-    pk_tile_pixel pixel = {{0, 0, 0}, 0, 0, 0, x, y, all_split || pk_pass_cell_of(passes, x, y)->split};
-    tile->pixels[count++] = pixel;
+    if (x - first[0] >= size[0] || y - first[1] >= size[1]) continue;
+    tile->split[count] = all_split || pk_pass_cell_of(passes, x, y)->split;
+    pk_tile_pixel *pixel = &tile->pixels[count++];
+    pixel->sum[0] = pixel->sum[1] = pixel->sum[2] = pixel->cost = 0;
+    pixel->split_excess = pixel->splits = 0;
+    pixel->x = x;
+    pixel->y = y;
   }
 
   tile->pixel_count = count;
 }
 
 /* Renders a pass of the pixels that were appended, and empties the list. */
-static void pk_tile_render_pixels(pk_tile *tile) {
+PK_HOT void pk_tile_render_pixels(pk_tile *tile) {
   uint32_t samples = tile->render->samples;
   uint32_t n = 0;
 
@@ -23775,7 +23785,7 @@ static void pk_tile_render_pixels(pk_tile *tile) {
       tile->x[n] = tile->pixels[p].x;
       tile->y[n] = tile->pixels[p].y;
       tile->sample[n] = sample;
-      tile->pixel[n++] = p;
+      tile->pixel[n++] = (uint8_t)p;
       if (n == tile->wave_rays || (p + 1 == tile->pixel_count && sample + 1 == samples)) {
         pk_tile_run_wave(tile, n);
         n = 0;

@@ -20656,6 +20656,7 @@ PK_COLD void pk_light_leaf(const pk_light_data *light, pk_light_cluster *cluster
   cluster->area = 4; /* a point */
   if (round) cluster->area = 4 * PK_PI * radius * radius;
   if (flat || light->mesh) cluster->area = light->area;
+  if (light->triangle_count && light->clusters) cluster->area = light->clusters->area; /* at any key, not the first */
   cluster->area *= light->strength;
   cluster->curved = flat ? 0 : 1;
 
@@ -22756,7 +22757,7 @@ static void pk_light_choose(pk_tile *tile) {
 }
 
 /* Which lights the surfaces sample in one step. Steps go through the lights of a scene; or, where each surface chooses
-   one light, first through the chosen lights that are infinitely far, then through the others. */
+   lights, for each choice through those that are infinitely far and then through the others. */
 typedef struct pk_light_look {
   const pk_light_data *light; /* NULL: each surface's choice, */
   bool infinite;              /* if it is infinitely far, or else if it is not, */
@@ -24569,10 +24570,11 @@ PK_COLD void pk_warn_of_darkness(const pk_render_state *render, bool dark) {
 
 /* Warns of a source in the environment that is less than `size` degrees wide. `problem` says more. */
 PK_COLD void pk_warn_of_source(const pk_render_state *render, const char *problem, double size) {
+  bool has_size = render->desc->environment_width && render->desc->environment_height;
   pk_warn(render->scene,
       "render: environment: %s a source smaller than %.2f degrees: give it as a light of kind PKTRT_LIGHT_DIRECTIONAL "
-      "with `angle`, or set environment_width and environment_height",
-      problem, size);
+      "with `angle`%s",
+      problem, size, has_size ? "" : ", or set environment_width and environment_height");
 }
 
 #ifndef PKTRT_NO_TEXTURES

@@ -1300,6 +1300,39 @@ static void lamps_between_keys(void) {
   CHECK(e[0].mean[0] > 0.05 && e[2].mean[0] <= 0, "the controls");
 }
 
+/* A lamp that has no area at its first key is chosen among others all the same. */
+static void lamps_without_area_at_first(void) {
+  static const float positions[18] = {0, 2, 0, 0, 2, 0, 0, 2, 2, 0, 2, 0, 1, 2, 0, 0, 2, 2};
+  estimate e[3];
+  for (int k = 0; k < 3; k++) { /* all lights, one chosen, and the control: the other light alone */
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_material lamp = lamp_of(20);
+    pktrt_mesh_desc d;
+    pktrt_light shape = light_of(PKTRT_LIGHT_MESH, 1), other = light_of(PKTRT_LIGHT_SPHERE, 1);
+    memset(&d, 0, sizeof d);
+    d.positions = positions;
+    d.vertex_count = 3;
+    d.triangle_count = 1;
+    d.key_count = 2;
+    d.material = stage_material(s, &lamp);
+    other.position[1] = 3;
+    other.radius = 0.5f;
+    CHECK(pktrt_add_mesh(s, &d, &shape.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+    if (k < 2) stage_light(s, &shape);
+    stage_light(s, &other);
+    stage_commit(s);
+    pktrt_render_desc view = patch_spot();
+    view.camera.shutter = 1;
+    view.lights = k == 1 ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
+    e[k] = stage_estimate(s, &view, 16);
+    pktrt_scene_destroy(s);
+  }
+  say("%.4f of both, %.4f of one chosen, %.4f of the other alone", e[0].mean[0], e[1].mean[0], e[2].mean[0]);
+  CHECK(fabs(e[0].mean[0] - e[1].mean[0]) < 4 * (e[0].error[0] + e[1].error[0]), "%g, not %g", e[1].mean[0],
+      e[0].mean[0]);
+  CHECK(e[0].mean[0] - e[2].mean[0] > 8 * (e[0].error[0] + e[1].error[0]), "the control");
+}
+
 /* In RCS and WRT a mesh light reaches as far as a sphere around it; in DRT its triangles are sorted in a box around it. */
 static void lamps_with_strays(void) {
   for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
@@ -1337,6 +1370,7 @@ void suite_lights(void) {
   run("RCS and WRT take a quad light in its middle", middles);
   run("an emissive mesh is a light like the quad of the same shape, and is seen", mesh_lights);
   run("a moving mesh shines that has area between its keys only", lamps_between_keys);
+  run("a lamp without area at its first key is chosen among others", lamps_without_area_at_first);
   run("a vertex that no triangle uses changes nothing of a mesh light", lamps_with_strays);
   run("RCS and WRT get light from a mesh", far_mesh_light);
   run("a tilted mesh light does not shadow itself at any distance", lamps_at_distances);

@@ -409,7 +409,7 @@ static void intervals(rng *r, pktrt_ray *rays, size_t n) {
 static size_t make_packet(const stage *g, const struct style *style, rng *r, pktrt_ray *out, size_t room) {
   const uint32_t kind = rng_below(r, 8);
   size_t n = kind < 4 ? 64 : kind == 4 ? BUNDLE : kind == 5 ? 1 + rng_below(r, 40) : 1 + rng_below(r, BUNDLE);
-  float times[BUNDLE];
+  float times[BUNDLE] = {0};
   if (n > room) n = room;
   times_of(r, times, n);
   style->make(g, r, times, out, n);

@@ -29,10 +29,12 @@ static const struct {
   const char *name;
   pktrt_light_kind kind;
   bool visible;
-} lamps[] = {{"point", PKTRT_LIGHT_POINT, false}, {"directional", PKTRT_LIGHT_DIRECTIONAL, false},
-    {"quad", PKTRT_LIGHT_QUAD, false}, {"visible quad", PKTRT_LIGHT_QUAD, true}, {"sphere", PKTRT_LIGHT_SPHERE, false},
-    {"visible sphere", PKTRT_LIGHT_SPHERE, true}, {"mesh", PKTRT_LIGHT_MESH, false},
-    {"environment", PKTRT_LIGHT_ENVIRONMENT, false}};
+  float angle; /* of a sun */
+} lamps[] = {{"point", PKTRT_LIGHT_POINT, false, 0}, {"directional", PKTRT_LIGHT_DIRECTIONAL, false, 0},
+    {"quad", PKTRT_LIGHT_QUAD, false, 0}, {"visible quad", PKTRT_LIGHT_QUAD, true, 0},
+    {"sphere", PKTRT_LIGHT_SPHERE, false, 0}, {"visible sphere", PKTRT_LIGHT_SPHERE, true, 0},
+    {"mesh", PKTRT_LIGHT_MESH, false, 0}, {"environment", PKTRT_LIGHT_ENVIRONMENT, false, 0},
+    {"sun", PKTRT_LIGHT_DIRECTIONAL, false, 5}, {"visible sun", PKTRT_LIGHT_DIRECTIONAL, true, 5}};
 
 static const double glass_ior = 1.5;
 static const double absorption[3] = {0.3, 0.8, 1.6};
@@ -40,6 +42,7 @@ static const double sheet_ior = 1.8, sheet_transmission = 0.75;
 static const double sheet_tint[3] = {0.9, 0.6, 0.3};
 static const double lamp_color[3] = {4, 3, 2};
 static const double lamp_radius = 0.2;
+static const double sun_distance = 1e6;
 
 /* --- what is there --- */
 
@@ -146,6 +149,11 @@ static void place_light(place *x, size_t lamp, between b) {
   vec_put(vec_mul(mirror_way(), -1), x->light.direction);
   x->light.radius = (float)lamp_radius;
   x->light.visible = lamps[lamp].visible;
+  x->light.angle = lamps[lamp].angle;
+  if (lamps[lamp].angle > 0) { /* irradiance for the radiance of the lamp */
+    const double sine = sin((double)lamps[lamp].angle * PI / 180);
+    for (int k = 0; k < 3; k++) x->light.intensity[k] = (float)(PI * sine * sine * lamp_color[k]);
+  }
   x->sky = lamps[lamp].kind == PKTRT_LIGHT_ENVIRONMENT;
 }
 
@@ -260,8 +268,10 @@ static void pass(const place *x, vec o, vec d, double far_, int without, bool wi
   }
 }
 
-/* Returns how far away the quad or the sphere is, or INFINITY. */
+/* Returns how far away the quad, the sphere or the sun is, or INFINITY. */
 static double lamp_ahead(const place *x, vec o, vec d) {
+  if (x->light.angle > 0)
+    return vec_dot(d, mirror_way()) > cos((double)x->light.angle * PI / 180) ? sun_distance : INFINITY;
   if (x->light.kind == PKTRT_LIGHT_QUAD) {
     const vec n = vec_cross(x->lamp.edge[0], x->lamp.edge[1]);
     const double facing = vec_dot(n, d);
@@ -312,6 +322,9 @@ static void ask_light(walk *w, const spot *s, const double weight[3]) {
   if (kind == PKTRT_LIGHT_ENVIRONMENT) {
     to = around(s->normal, sqrt(unit_of(w)), 2 * PI * unit_of(w)), share = PI / vec_dot(to, s->normal);
     for (int k = 0; k < 3; k++) value[k] = sky_at(to, k);
+  } else if (x->light.angle > 0) {
+    const double rise = 1 - cos((double)x->light.angle * PI / 180);
+    to = around(mirror_way(), 1 - rise * unit_of(w), 2 * PI * unit_of(w)), share = 2 * PI * rise;
   } else if (kind != PKTRT_LIGHT_DIRECTIONAL) {
     const double u = unit_of(w), v = unit_of(w);
     const vec out = around(vec_of(0, 1, 0), 2 * u - 1, 2 * PI * v), n = vec_cross(x->lamp.edge[0], x->lamp.edge[1]);
@@ -324,7 +337,7 @@ static void ask_light(walk *w, const spot *s, const double weight[3]) {
     if (kind == PKTRT_LIGHT_MESH) share *= fabs(vec_dot(n, to));
   }
   const double cosine = vec_dot(to, s->normal), axial = vec_dot(to, s->axis);
-  const bool point = kind == PKTRT_LIGHT_POINT || kind == PKTRT_LIGHT_DIRECTIONAL;
+  const bool point = kind == PKTRT_LIGHT_POINT || (kind == PKTRT_LIGHT_DIRECTIONAL && x->light.angle <= 0);
   const double lobe = point && axial > 0 ? (s->exponent + 1) / (2 * PI) * pow(axial, s->exponent) : 0;
   if (cosine <= 0 || share <= 0) return;
   pass(x, s->p, to, far_ * (1 - 1e-6), s->face, s->within, value); /* less: corners of a mesh are floats */

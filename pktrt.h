@@ -20256,6 +20256,35 @@ static uint32_t pk_environment_block(const pk_environment *table, uint32_t row) 
   return cells;
 }
 
+/* Gets the largest value of `upper` and the least of `lower` in the rows up to `reach` above and below a row. */
+PK_COLD void pk_environment_bound(const pk_environment *table, uint32_t row, uint32_t reach, const float *upper,
+    const float *lower, float *largest, float *least) {
+  uint32_t first = row > reach ? row - reach : 0, last = row + reach < table->rows ? row + reach : table->rows - 1;
+
+  *largest = 0;
+  *least = INFINITY;
+  for (uint32_t y = first; y <= last; y++) {
+    *largest = pk_maxf(*largest, upper[y]);
+    *least = pk_minf(*least, lower[y]);
+  }
+}
+
+/* Gets, for each row, the largest value of `upper` and the least of `lower`. */
+PK_COLD void pk_environment_bound_rows(const pk_environment *table, const float *upper, const float *lower,
+    float largest[PK_ENVIRONMENT_ROWS], float least[PK_ENVIRONMENT_ROWS]) {
+  size_t columns = 2 * (size_t)table->rows;
+
+  for (uint32_t row = 0; row < table->rows; row++) {
+    float most = 0, fewest = INFINITY;
+    for (size_t i = row * columns; i < (row + 1) * columns; i++) {
+      most = pk_maxf(most, upper[i]);
+      fewest = pk_minf(fewest, lower[i]);
+    }
+    largest[row] = most;
+    least[row] = fewest;
+  }
+}
+
 /* Gets, for each cell of a row, the largest value of `upper` and the least of `lower` in it and those around, `reach` rows
    up and down and as far to the sides. */
 PK_COLD void pk_environment_around(const pk_environment *table, uint32_t row, uint32_t reach, const float *upper,
@@ -20279,7 +20308,7 @@ PK_COLD void pk_environment_around(const pk_environment *table, uint32_t row, ui
     memcpy(most, largest, sizeof most);
     memcpy(fewest, least, sizeof fewest);
     for (uint32_t x = 0; x < columns; x++) {
-      uint32_t left = (x + columns - step) % columns, right = (x + step) % columns;
+      uint32_t left = (x - step) & (columns - 1), right = (x + step) & (columns - 1);
       largest[x] = pk_maxf(most[x], pk_maxf(most[left], most[right]));
       least[x] = pk_minf(fewest[x], pk_minf(fewest[left], fewest[right]));
     }
@@ -20327,9 +20356,14 @@ PK_COLD void pk_environment_want_cells(
     const pk_environment *table, const float *radiance, const float *most, pk_environment_wishes *wishes) {
   uint32_t columns = 2 * table->rows;
   float largest[2 * PK_ENVIRONMENT_ROWS], least[2 * PK_ENVIRONMENT_ROWS];
+  float highest[PK_ENVIRONMENT_ROWS], lowest[PK_ENVIRONMENT_ROWS], high, low;
+
+  pk_environment_bound_rows(table, most, radiance, highest, lowest);
 
   for (uint32_t row = 0; row < table->rows; row++) {
     uint32_t cells = pk_environment_block(table, row);
+    pk_environment_bound(table, row, 2, highest, lowest, &high, &low);
+    if (!(high > PK_ENVIRONMENT_CONTRAST * low)) continue;
     pk_environment_around(table, row, 2, most, radiance, largest, least);
 
     for (uint32_t x = 0; x < columns; x += cells) {
@@ -20527,17 +20561,21 @@ PK_COLD void pk_environment_sum_fine(pk_environment *table, double twice_mean) {
 PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance) {
   uint32_t columns = 2 * table->rows, fine = 0;
   float largest[2 * PK_ENVIRONMENT_ROWS], least[2 * PK_ENVIRONMENT_ROWS];
+  float highest[PK_ENVIRONMENT_ROWS], lowest[PK_ENVIRONMENT_ROWS], high, low;
   double all = pk_environment_light(table, radiance), excess = 0;
   double twice_mean = all / columns; /* the heights sum up to 2 */
 
   pk_environment_sum_fine(table, twice_mean);
+  pk_environment_bound_rows(table, radiance, radiance, highest, lowest);
 
   for (uint32_t row = 0; row < table->rows; row++) {
     const float *at = radiance + row * columns;
     float *to = table->along + row * columns;
     double sum = 0;
 
-    pk_environment_around(table, row, 1, radiance, radiance, largest, least);
+    pk_environment_bound(table, row, 1, highest, lowest, &high, &low);
+    if (0.25 * (double)high > twice_mean) pk_environment_around(table, row, 1, radiance, radiance, largest, least);
+    else memset(largest, 0, sizeof largest);
 
     for (uint32_t i = 0; i < columns; i++) {
       double value = pk_max(0, 0.25 * (double)pk_maxf(4 * at[i], largest[i]) - twice_mean);

@@ -349,7 +349,7 @@ static void choices_of_lights_on_gloss(void) {
 
     view = stage_spot(vec_of(0, 1.5, 3), k % 3 ? vec_of(0, 0.6, -2) : vec_of(0, 0, 0.5));
     view.environment = cap_sky, view.user = &c;
-    view.samples = 128;
+    view.samples = small_run ? 32 : 64;
     estimate e[3];
     for (int choice = PKTRT_LIGHTS_ALL; choice <= PKTRT_LIGHTS_ONE; choice++) {
       view.lights = (pktrt_light_choice)choice;

@@ -115,17 +115,17 @@ const label = (page, selector) => page.$eval(selector, (it) => it.getAttribute("
 
 const eventShown = (page, number) => // of the walk; a pattern
   page.waitForFunction((of) => new RegExp(`^Event ${of} of`).test(document.querySelector(".walk-sentence").textContent),
-    { timeout: 20000 }, number);
+    { timeout: 60000 }, number);
 
 // The first pass, or preview, that is asked for after something has been done: {settings, checksum}.
 async function pictureAfter(page, action, kind = "picture") {
   const before = await page.evaluate(() => noted.last);
   await action();
-  await page.waitForFunction((id, which) => noted[which]?.id > id, { timeout: 60000, polling: 50 }, before, kind);
+  await page.waitForFunction((id, which) => noted[which]?.id > id, { timeout: 240000, polling: 50 }, before, kind);
   return page.evaluate((which) => ({ settings: noted[which].settings, checksum: checksumOf(noted[which].floats) }), kind);
 }
 const firstPicture = async (page) => {
-  await page.waitForFunction(() => noted.picture, { timeout: 60000, polling: 50 });
+  await page.waitForFunction(() => noted.picture, { timeout: 240000, polling: 50 });
   return page.evaluate(() => ({ settings: noted.picture.settings, checksum: checksumOf(noted.picture.floats) }));
 };
 
@@ -183,7 +183,7 @@ async function pictures() {
   check("M goes on to ray casting, with the floats of build/render",
     rcs.checksum === native("poolhall", "rcs", "256x256", ["--spp", "2"]), rcs.checksum);
   check("control: another mode has other floats", new Set([wrt.checksum, drt.checksum, rcs.checksum]).size === 3);
-  await page.waitForFunction((was) => document.getElementById("picture").ariaLabel !== was, { timeout: 10000 }, said);
+  await page.waitForFunction((was) => document.getElementById("picture").ariaLabel !== was, { timeout: 60000 }, said);
   check("the picture's label has changed", true, await label(page, "#picture"));
 
   console.log("keys");
@@ -197,13 +197,13 @@ async function pictures() {
   const again = await pictureAfter(page, () => page.keyboard.press("r"));
   check("R brings back the first picture", again.checksum === wrt.checksum);
   await page.keyboard.press("c");
-  await page.waitForFunction(() => !document.getElementById("overlay").hidden, { timeout: 20000 });
+  await page.waitForFunction(() => !document.getElementById("overlay").hidden, { timeout: 60000 });
   check("C lays the error over it", true, await text(page, "#legend-what"));
   const frames = () => page.evaluate(() => noted.frames);
   await page.keyboard.press("r");
   await page.keyboard.press(" ");
   const began = await frames();
-  await page.waitForFunction((n) => noted.frames > n + 3, { timeout: 20000 }, began);
+  await page.waitForFunction((n) => noted.frames > n + 3, { timeout: 60000 }, began);
   check("space starts the animation", Number(await page.$eval("#time", (it) => it.value)) > 0);
   await pictureAfter(page, () => page.keyboard.press(" "));
   check("space ends it", !await page.$eval("#animate", (it) => it.checked));
@@ -218,7 +218,7 @@ async function drop(page, paths) {
   await session.detach();
 }
 const said = (page, pattern) => page.waitForFunction((of) => new RegExp(of).test(document.getElementById("model-said").textContent),
-  { timeout: 20000 }, pattern.source).then(() => text(page, "#model-said"), () => text(page, "#model-said"));
+  { timeout: 60000 }, pattern.source).then(() => text(page, "#model-said"), () => text(page, "#model-said"));
 
 async function files() {
   console.log("models that are dropped");
@@ -254,7 +254,7 @@ async function files() {
     check(sentence, pattern.test(told) && await page.$eval("#scene", (it) => it.value) === name, told);
     return [before, await page.evaluate(() => noted.last)];
   };
-  await page.waitForFunction(() => document.getElementById("samples").textContent === "256", { timeout: 60000 });
+  await page.waitForFunction(() => document.getElementById("samples").textContent === "256", { timeout: 240000 });
   let [before, after] = await refused("a file that ends early is refused", [at("cut.stl")], /^cut\.stl is refused: it ends before/);
   check("nothing is drawn anew for it", before === after);
   await refused("so are two models", [at("ball.obj"), at("wedge.stl")], /two models/);
@@ -278,7 +278,7 @@ async function files() {
   await page.waitForFunction(() => !document.getElementById("message").textContent);
   const [r2, g2] = await middleOf();
   check("it is red", r2 > 2 * g2, `${r2} ${g2}`);
-  await page.waitForFunction(() => parseInt(document.getElementById("samples").textContent, 10) >= 16, { timeout: 20000 });
+  await page.waitForFunction(() => parseInt(document.getElementById("samples").textContent, 10) >= 16, { timeout: 60000 });
   await page.screenshot({ path: "out/web-files.png" });
   await refused("a model that is refused leaves this one", [at("lines.obj")], /line 2: a face names vertex 1 of 1|vertex 2 of 1/);
   // An image: of one colour, then cut in two.
@@ -394,7 +394,7 @@ async function wide() {
   console.log("1920 wide");
   const page = await open("#scene=conference&mode=rcs", { width: 1920, height: 1080 });
   await firstPicture(page);
-  await page.waitForFunction(() => document.getElementById("rmse").textContent !== "-", { timeout: 20000 });
+  await page.waitForFunction(() => document.getElementById("rmse").textContent !== "-", { timeout: 60000 });
   await checkLook(page, "the picture");
   await page.screenshot({ path: "out/web-1920.png" });
   await page.click("#tab-walk");
@@ -445,7 +445,7 @@ async function walk() {
   // The address says what is shown, and shows what it says.
   await page.evaluate(() => { location.hash = "#walk?scene=boxes&packet=shadow&size=16&x=80&y=60&spacing=4&steps=2007&event=40"; });
   const shadow = await sentences(page, "boxes", nativeWalk(1, 1, 16, 80, 60, 4, 0, 35), true);
-  await page.waitForFunction((it) => document.querySelector(".walk-sentence").textContent === it, { timeout: 10000 }, shadow[39])
+  await page.waitForFunction((it) => document.querySelector(".walk-sentence").textContent === it, { timeout: 60000 }, shadow[39])
     .catch(() => {});
   check("an address leads to an event of shadow rays among boxes", await said() === shadow[39], await said());
   await page.keyboard.press("End");
@@ -494,7 +494,7 @@ async function quick() {
   check(`less than ${MOST_BYTES / 1e6} MB to load, compressed`, bytes < MOST_BYTES, `${(bytes / 1e6).toFixed(2)} MB`);
   await checkTime(`the first picture comes within ${SECONDS_TO_FIRST} s`, async () => {
     const page = await open("");
-    await page.waitForFunction(() => document.getElementById("first").textContent !== "-", { timeout: 60000, polling: 50 });
+    await page.waitForFunction(() => document.getElementById("first").textContent !== "-", { timeout: 240000, polling: 50 });
     const seconds = parseFloat(await text(page, "#first"));
     await page.close();
     return seconds;

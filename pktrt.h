@@ -2011,7 +2011,7 @@ enum {
 #endif
 #ifndef PK_ADAPT_DOUBT
 #define PK_ADAPT_DOUBT \
-  1.3 /* the deviation of adaptive estimates, times this: light that no pass has met is more of their error */
+  1.5 /* the deviation of adaptive estimates, times this: light that no pass has met is more of their error */
 #endif
 #ifndef PK_ADAPT_ROUND
 #define PK_ADAPT_ROUND \

@@ -17,11 +17,9 @@
 
 /* >>runs ----------------------------------------------------------------------------------------------------------- */
 
-enum { BARS_WIDTH = 48, BARS_HEIGHT = 36, BARS_SEEDS = 30, BARS_SAMPLES = 8, BARS_TRUTH = 15360, BARS_LINES = 6 };
-enum { BARS_MOST = 96, BARS_AIMS = 8 }; /* passes and seeds of runs with a target */
+enum { BARS_WIDTH = 48, BARS_HEIGHT = 36, BARS_SEEDS = 30, BARS_SAMPLES = 4, BARS_TRUTH = 15360, BARS_LINES = 6 };
+enum { BARS_BUDGET = 16, BARS_MOST = 96, BARS_AIMS = 6 }; /* of adaptive passes; passes and seeds with a target */
 static const uint32_t bars_passes[BARS_LINES] = {2, 3, 4, 6, 8, 16};
-static const uint32_t bars_budgets[] = {8, 16};
-enum { BARS_BUDGETS = sizeof bars_budgets / sizeof *bars_budgets };
 
 typedef struct bars_run { /* what is known after each round */
   const stage *g;
@@ -100,11 +98,11 @@ static double bars_mean(const stage *g, bool truth) {
   return sum;
 }
 
-static void bars_adapt(stage *g, uint32_t budget, unsigned seeds, bars_adaptive *to) {
+static void bars_adapt(stage *g, unsigned seeds, bars_adaptive *to) {
   double sum = 0, squares = 0;
   memset(to, 0, sizeof *to);
   for (unsigned k = 0; k < seeds; k++) {
-    bars_take(g, budget, FIRST_SEED + 1000 + k, true, 0);
+    bars_take(g, BARS_BUDGET, FIRST_SEED + 1000 + k, true, 0);
     const pktrt_report *r = &bars_now.report[bars_now.rounds - 1];
     const double truth = sqrt(fmax(bars_now.mse[bars_now.rounds - 1], 0)),
                  off = bars_mean(g, false) / bars_mean(g, true) - 1;
@@ -149,78 +147,95 @@ static void bars_say_spent(const bench *b, const bars_spent *s) {
   else say(&b->out, " - |");
 }
 
-static void part_bars(bench *b) {
-  static stage g;
-  bars_count all[BARS_LINES], few = {0, 0, 0}, every = {0, 0, 0};
-  bars_spent pooled[2];
-  double held[BARS_BUDGETS] = {0}, least[BARS_BUDGETS], worst[BARS_BUDGETS] = {0};
-  memset(all, 0, sizeof all);
-  memset(pooled, 0, sizeof pooled);
-  for (unsigned i = 0; i < BARS_BUDGETS; i++) least[i] = 1;
-  say(&b->out,
-      "Runs called unreliable, and in brackets those within 25%% of the true RMSE among the others, after 2 to 16 "
-      "passes "
-      "of %d samples; pictures of %d x %d, %d seeds. Of adaptive passes, budgets of 8 and 16 passes: true RMSE in the "
-      "interval; bias of the mean and its standard error in percent; MSE over that of uniform passes. Targets that "
-      "uniform passes reach after 20 and adaptive ones after 16: samples over those of an oracle (runs within 1.3 "
-      "times and a pass; runs within 1.15 of the target).\n\n| scene |",
-      (int)BARS_SAMPLES, (int)BARS_WIDTH, (int)BARS_HEIGHT, (int)BARS_SEEDS);
-  for (unsigned i = 0; i < BARS_LINES; i++) say(&b->out, " %u |", (unsigned)bars_passes[i]);
-  say(&b->out, " held | bias | MSE | held | bias | MSE | uniform target | adaptive target |\n|---|");
-  for (unsigned i = 0; i < BARS_LINES + 8; i++) say(&b->out, "--:|");
-  say(&b->out, "\n");
+typedef struct bars_sums { /* over scenes */
+  bars_count count[BARS_LINES];
+  bars_spent spent[2]; /* uniform, adaptive */
+  double held, least, worst;
+} bars_sums;
 
-  for (unsigned k = 0; k < SMALL_SCENES; k++) {
-    bars_count count[BARS_LINES];
-    double mse[BARS_LINES] = {0};
-    memset(count, 0, sizeof count);
-    small_open(&g, k, BARS_WIDTH, BARS_HEIGHT);
-    stage_reference(b, &g, BARS_TRUTH);
-    g.view.user = &bars_now;
-    if (g.view.environment && pktrt_prepare_environment(g.world, &g.view) != PKTRT_OK) fatal("no table of the sky");
-    bars_uniform(&g, BARS_SEEDS, count, mse);
-    say(&b->out, "| %s |", g.name);
-    for (unsigned i = 0; i < BARS_LINES; i++) {
-      say(&b->out, " %.0f%% (%.0f%%) |", bars_flagged(&count[i]), bars_right(&count[i]));
-      bars_add(&all[i], &count[i]);
-      if (bars_passes[i] < 8) bars_add(&few, &count[i]);
-      bars_add(&every, &count[i]);
-    }
-    bars_adaptive a;
-    for (unsigned i = 0; i < BARS_BUDGETS; i++) {
-      bars_adapt(&g, bars_budgets[i], BARS_SEEDS, &a);
-      say(&b->out, " %.0f%% | %.2f (%.2f) | %.2f |", 100 * a.held, 100 * a.bias, 100 * a.bias_error,
-          a.mse / mse[BARS_LINES - BARS_BUDGETS + i]);
-      held[i] += a.held / SMALL_SCENES;
-      least[i] = fmin(least[i], a.held);
-      worst[i] = fmax(worst[i], fabs(a.bias));
-    }
-    for (int adaptive = 0; adaptive < 2; adaptive++) {
-      bars_spent s = {0, 0, 0, 0, 0};
-      bars_aim(&g, adaptive != 0, sqrt(fmax(adaptive ? a.mse : mse[BARS_LINES - 1] * 16 / 20, 0)), &s);
-      bars_say_spent(b, &s);
-      pooled[adaptive].spent += s.spent;
-      pooled[adaptive].oracle += s.oracle;
-      pooled[adaptive].runs += s.runs;
-      pooled[adaptive].kept += s.kept;
-      pooled[adaptive].met += s.met;
-    }
-    say(&b->out, "\n");
-    fflush(stdout);
-    stage_close(&g);
+static void bars_add_spent(bars_spent *to, const bars_spent *from) {
+  to->spent += from->spent;
+  to->oracle += from->oracle;
+  to->runs += from->runs;
+  to->kept += from->kept;
+  to->met += from->met;
+}
+
+/* A line of the table. */
+static void bars_scene(bench *b, stage *g, bars_sums *all) {
+  bars_count count[BARS_LINES];
+  bars_adaptive a;
+  double mse[BARS_LINES] = {0};
+  memset(count, 0, sizeof count);
+
+  bars_uniform(g, BARS_SEEDS, count, mse);
+  say(&b->out, "| %s |", g->name);
+  for (unsigned i = 0; i < BARS_LINES; i++) {
+    say(&b->out, " %.0f%% (%.0f%%) |", bars_flagged(&count[i]), bars_right(&count[i]));
+    bars_add(&all->count[i], &count[i]);
   }
 
+  bars_adapt(g, BARS_SEEDS, &a);
+  say(&b->out, " %.0f%% | %.2f (%.2f) | %.2f |", 100 * a.held, 100 * a.bias, 100 * a.bias_error,
+      a.mse / mse[BARS_LINES - 1]);
+  all->held += a.held / SMALL_SCENES;
+  all->least = fmin(all->least, a.held);
+  all->worst = fmax(all->worst, fabs(a.bias));
+
+  for (int adaptive = 0; adaptive < 2; adaptive++) {
+    const double target = adaptive ? a.mse : mse[BARS_LINES - 1] * 16 / 20;
+    bars_spent s = {0, 0, 0, 0, 0};
+    bars_aim(g, adaptive != 0, sqrt(fmax(target, 0)), &s);
+    bars_say_spent(b, &s);
+    bars_add_spent(&all->spent[adaptive], &s);
+  }
+  say(&b->out, "\n");
+  fflush(stdout);
+}
+
+static void bars_say_all(bench *b, const bars_sums *all) {
+  bars_count few = {0, 0, 0}, every = {0, 0, 0};
   say(&b->out, "| all |");
-  for (unsigned i = 0; i < BARS_LINES; i++)
-    say(&b->out, " %.0f%% (%.1f%%) |", bars_flagged(&all[i]), bars_right(&all[i]));
-  for (unsigned i = 0; i < BARS_BUDGETS; i++)
-    say(&b->out, " %.1f%%, least %.0f%% | largest %.2f | |", 100 * held[i], 100 * least[i], 100 * worst[i]);
-  for (int i = 0; i < 2; i++) bars_say_spent(b, &pooled[i]);
+  for (unsigned i = 0; i < BARS_LINES; i++) {
+    say(&b->out, " %.0f%% (%.1f%%) |", bars_flagged(&all->count[i]), bars_right(&all->count[i]));
+    if (bars_passes[i] < 8) bars_add(&few, &all->count[i]);
+    bars_add(&every, &all->count[i]);
+  }
+  say(&b->out, " %.1f%%, least %.0f%% | largest %.2f | |", 100 * all->held, 100 * all->least, 100 * all->worst);
+  for (int i = 0; i < 2; i++) bars_say_spent(b, &all->spent[i]);
   say(&b->out,
       "\n\nOf all runs with 2 to 6 passes %.1f%% are called unreliable, of the others %.1f%% are within 25%%; with 2 "
       "to "
       "16 passes %.1f%%, %.1f%%.\n\n",
       bars_flagged(&few), bars_right(&few), bars_flagged(&every), bars_right(&every));
+}
+
+static void part_bars(bench *b) {
+  static stage g;
+  bars_sums all;
+  memset(&all, 0, sizeof all);
+  all.least = 1;
+  say(&b->out,
+      "Runs called unreliable, and in brackets those within 25%% of the true RMSE among the others, after 2 to 16 "
+      "passes of %d samples; pictures of %d x %d, %d seeds. Of %d adaptive passes: true RMSE in the interval; bias of "
+      "the mean and its standard error in percent; MSE over that of uniform passes. Targets that uniform passes reach "
+      "after 20 and adaptive ones after 16: samples over those of an oracle (runs within 1.3 times and a pass; runs "
+      "within 1.15 of the target).\n\n| scene |",
+      (int)BARS_SAMPLES, (int)BARS_WIDTH, (int)BARS_HEIGHT, (int)BARS_SEEDS, (int)BARS_BUDGET);
+  for (unsigned i = 0; i < BARS_LINES; i++) say(&b->out, " %u |", (unsigned)bars_passes[i]);
+  say(&b->out, " held | bias | MSE | uniform target | adaptive target |\n|---|");
+  for (unsigned i = 0; i < BARS_LINES + 5; i++) say(&b->out, "--:|");
+  say(&b->out, "\n");
+
+  for (unsigned k = 0; k < SMALL_SCENES; k++) {
+    small_open(&g, k, BARS_WIDTH, BARS_HEIGHT);
+    stage_reference(b, &g, BARS_TRUTH);
+    g.view.user = &bars_now;
+    if (g.view.environment && pktrt_prepare_environment(g.world, &g.view) != PKTRT_OK) fatal("no table of the sky");
+    bars_scene(b, &g, &all);
+    stage_close(&g);
+  }
+  bars_say_all(b, &all);
 }
 
 #endif /* ERROR_BARS_H */

@@ -942,9 +942,9 @@ typedef struct pktrt_report {
   double samples_mean;
   double rmse, relative_mse;  /* estimates, see pktrt_error_measure; INFINITY while a pixel has had one pass only */
   double effective_pixels[2]; /* by pktrt_error_measure: pixels that carry it, (sum V)^2 / sum V^2; 0: no error */
-  /* By pktrt_error_measure: do not believe the estimate. Either it may be off by a quarter (of the RMSE) or more; or
-     fewer than 8 passes have been made, and less than an eighth of the pixels carry it; or, from pktrt_render, samples
-     met over 16 times the radiance that the table of the environment has, which `log` says at the end. */
+  /* By pktrt_error_measure: do not believe the estimate. Either so few pixels carry it that it may be off by a quarter
+     (of the RMSE) or more; or, from pktrt_render, samples met over 16 times the radiance that the table of the
+     environment has, which `log` says at the end. */
   bool unreliable[2];
   /* Bounds that hold the true error 95 times of 100, if samples have met the rare events. Nothing can be known of light
      that no sample has met. */
@@ -1023,22 +1023,23 @@ typedef struct pktrt_render_desc {
   pktrt_custom_sampler *custom_sampler; /* for PKTRT_SAMPLER_CUSTOM */
 
   /* Passes, each with `samples` samples per pixel, go on until the first of the following rules says stop. The picture,
-     and each buffer, is whole after each pass. Passes take 42 bytes per pixel; estimates need two passes. This field:
+     and each buffer, is whole after each pass. Passes take 44 bytes per pixel; estimates need two passes. This field:
      how many at most, up to 65536; 0: 1, or if there is another rule, 65536. */
   uint32_t passes;
   /* Stops when the estimate is not above it; 0: no such rule. It is not met while pixels are not finite, say by a
      hook's NaN: when all others meet it, the render ends as if its passes were done. Nor does an unreliable estimate
-     (see pktrt_report) meet it: from 8 passes on the upper bound is compared instead. */
+     (see pktrt_report) meet it: from 8 passes on the upper bound is compared instead, from 16 on at most the estimate
+     and 15% of its square. */
   float target_error;
   bool trust_estimates;        /* an unreliable estimate meets target_error, too */
   pktrt_error_measure measure; /* what target_error is compared with, and adaptive passes lower */
   /* Seconds; 0: no such rule. The first pass (adaptive: two) is always made; others if they should fit, judged by the
      time of those before. How many are made depends on the machine. */
   double time_budget;
-  /* Gives passes to cells of 4 x 4 pixels by their estimated error: two to all of them, then in rounds where they lower
-     the picture's error most. `passes` is then a mean over pixels, to within 0.1 or a pass of one cell, whichever is
-     more. Adaptive pictures are biased: means are low by 0.1% to 0.6% (built-in scenes, 16 passes of 8 samples), and
-     estimates are low too, the more the rarer light is. Uniform passes have no such bias. */
+  /* Gives passes to cells of 8 pixels (of 4 x 4 every other one) by the error of the cells around: two to all of them,
+     then in rounds where they lower the picture's error most. `passes` is then a mean over pixels, to within 0.1 or a
+     pass of one square, whichever is more. No cell is judged by its own light, so that means have hardly any bias;
+     intervals are wider than those of uniform passes. */
   bool adaptive;
   /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
   bool (*pass)(void *user, const pktrt_report *);

@@ -942,9 +942,9 @@ typedef struct pktrt_report {
   double samples_mean;
   double rmse, relative_mse;  /* estimates, see pktrt_error_measure; INFINITY while a pixel has had one pass only */
   double effective_pixels[2]; /* by pktrt_error_measure: pixels that carry it, (sum V)^2 / sum V^2; 0: no error */
-  /* By pktrt_error_measure: do not believe the estimate. Either it may be off by a quarter (of the RMSE) or more; or
-     fewer than 8 passes have been made, and less than an eighth of the pixels carry it; or, from pktrt_render, samples
-     met over 16 times the radiance that the table of the environment has, which `log` says at the end. */
+  /* By pktrt_error_measure: do not believe the estimate. Either so few pixels carry it that it may be off by a quarter
+     (of the RMSE) or more; or, from pktrt_render, samples met over 16 times the radiance that the table of the
+     environment has, which `log` says at the end. */
   bool unreliable[2];
   /* Bounds that hold the true error 95 times of 100, if samples have met the rare events. Nothing can be known of light
      that no sample has met. */
@@ -1023,22 +1023,23 @@ typedef struct pktrt_render_desc {
   pktrt_custom_sampler *custom_sampler; /* for PKTRT_SAMPLER_CUSTOM */
 
   /* Passes, each with `samples` samples per pixel, go on until the first of the following rules says stop. The picture,
-     and each buffer, is whole after each pass. Passes take 42 bytes per pixel; estimates need two passes. This field:
+     and each buffer, is whole after each pass. Passes take 44 bytes per pixel; estimates need two passes. This field:
      how many at most, up to 65536; 0: 1, or if there is another rule, 65536. */
   uint32_t passes;
   /* Stops when the estimate is not above it; 0: no such rule. It is not met while pixels are not finite, say by a
      hook's NaN: when all others meet it, the render ends as if its passes were done. Nor does an unreliable estimate
-     (see pktrt_report) meet it: from 8 passes on the upper bound is compared instead. */
+     (see pktrt_report) meet it: from 8 passes on the upper bound is compared instead, from 16 on at most the estimate
+     and 15% of its square. */
   float target_error;
   bool trust_estimates;        /* an unreliable estimate meets target_error, too */
   pktrt_error_measure measure; /* what target_error is compared with, and adaptive passes lower */
   /* Seconds; 0: no such rule. The first pass (adaptive: two) is always made; others if they should fit, judged by the
      time of those before. How many are made depends on the machine. */
   double time_budget;
-  /* Gives passes to cells of 4 x 4 pixels by their estimated error: two to all of them, then in rounds where they lower
-     the picture's error most. `passes` is then a mean over pixels, to within 0.1 or a pass of one cell, whichever is
-     more. Adaptive pictures are biased: means are low by 0.1% to 0.6% (built-in scenes, 16 passes of 8 samples), and
-     estimates are low too, the more the rarer light is. Uniform passes have no such bias. */
+  /* Gives passes to cells of 8 pixels (of 4 x 4 every other one) by the error of the cells around: two to all of them,
+     then in rounds where they lower the picture's error most. `passes` is then a mean over pixels, to within 0.1 or a
+     pass of one square, whichever is more. No cell is judged by its own light, so that means have hardly any bias;
+     intervals are wider than those of uniform passes. */
   bool adaptive;
   /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
   bool (*pass)(void *user, const pktrt_report *);
@@ -1989,22 +1990,29 @@ enum {
 #define PK_PACKETS_OF_PROGRESS \
   256 /* packets of rays after which a tile calls the progress hook, some milliseconds: more answer later */
 #endif
-#ifndef PK_RELIABLE_PASSES
-#define PK_RELIABLE_PASSES 8 /* with fewer, an error carried by few pixels is unreliable, and so is any bound of it */
-#endif
-#ifndef PK_RELIABLE_SHARE
-#define PK_RELIABLE_SHARE 0.125 /* of the known pixels: fewer that carry the error count as few */
-#endif
 #ifndef PK_RELIABLE_DEVIATION
-#define PK_RELIABLE_DEVIATION 0.25 /* of the error: estimates that are less certain are unreliable */
+#define PK_RELIABLE_DEVIATION 0.4 /* of the squared error: estimates that are less certain are unreliable */
+#endif
+#ifndef PK_RELIABLE_PASSES
+#define PK_RELIABLE_PASSES 8 /* with fewer, no bound of an unreliable estimate meets a target */
+#endif
+#ifndef PK_TARGET_PASSES
+#define PK_TARGET_PASSES 16 /* from then on the bound is capped: more passes keep to targets, and cost samples */
+#endif
+#ifndef PK_TARGET_DOUBT
+#define PK_TARGET_DOUBT 1.15 /* the cap, times the squared error: see PK_TARGET_PASSES */
 #endif
 #ifndef PK_ADAPT_SMOOTHING
 #define PK_ADAPT_SMOOTHING \
-  0.25 /* share of a cell's variance that the 3 x 3 cells around it give: more finds rare light, and blurs */
+  0.5 /* share of a cell's variance that the 8 squares around it give: more finds rare light, and blurs */
 #endif
 #ifndef PK_ADAPT_LEAST_DEVIATION
 #define PK_ADAPT_LEAST_DEVIATION \
-  0.25 /* of the mean: what any cell has, as light not seen so far may yet come; 1: uniform passes */
+  0.4 /* of the mean: what any cell has, as light not seen so far may yet come; 1: uniform passes */
+#endif
+#ifndef PK_ADAPT_DOUBT
+#define PK_ADAPT_DOUBT \
+  1.5 /* the deviation of adaptive estimates, times this: light that no pass has met is more of their error */
 #endif
 #ifndef PK_ADAPT_ROUND
 #define PK_ADAPT_ROUND \
@@ -17506,10 +17514,13 @@ PK_NOINLINE void pk_texcoord_at(
   const pk_mesh *source = pk_mesh_source(scene, mesh);
   float weight[3] = {1 - u - v, u, v}, sum[2] = {0, 0};
 
-  for (uint32_t corner = 0; PK_SURFACES && source->texcoords && corner < 3; corner++) {
-    size_t index = (size_t)triangle * 3 + corner;
-    size_t vertex = source->indices ? source->indices[index] : index;
-    for (int i = 0; i < 2; i++) sum[i] += weight[corner] * source->texcoords[2 * vertex + (size_t)i];
+  if (PK_SURFACES && source->texcoords) {
+    const uint32_t *indices = source->indices ? source->indices + (size_t)triangle * 3 : NULL;
+
+    for (uint32_t corner = 0; corner < 3; corner++) {
+      size_t vertex = indices ? indices[corner] : (size_t)triangle * 3 + corner;
+      for (int i = 0; i < 2; i++) sum[i] += weight[corner] * source->texcoords[2 * vertex + (size_t)i];
+    }
   }
 
   memcpy(out, sum, sizeof sum);
@@ -18802,15 +18813,17 @@ typedef struct pk_aov_sums {
 } pk_aov_sums;
 
 enum {
-  PK_PASS_CELL = 4, /* pixels along an edge of a cell, whose pixels get passes together */
-  PK_BLOCK_CELLS = PKTRT_ERROR_BLOCK / PK_PASS_CELL,
-  PK_PILOT_PASSES = 2 /* passes of all cells before errors are known */
+  /* Pixels along an edge of a square of two cells, one of the black fields of a chessboard and one of the white. The
+     pixels of a cell get passes together. */
+  PK_PASS_CELL = 4,
+  PK_BLOCK_CELLS = PKTRT_ERROR_BLOCK / PK_PASS_CELL, /* squares along the edge of a block */
+  PK_PILOT_PASSES = 2                                /* passes of all cells before errors are known */
 };
 
 typedef struct pk_pass_cell {
   double variance;  /* of one pass, V n, summed over pixels whose error is known */
   double deviation; /* standard deviation of one pass, per pixel: passes are shared out in proportion to it */
-  uint32_t pixels, done, more; /* passes so far, and in this round */
+  uint32_t pixels, done, more; /* passes so far, and in this round; at the border there may be no pixels */
   bool split;                  /* both rays are followed at the first glass */
 } pk_pass_cell;
 
@@ -18831,10 +18844,10 @@ typedef struct pk_pass_sums {
   pk_pass_cell *cells;
   pk_pass_block *blocks;
   uint64_t bytes, cell_count, block_count;
-  uint32_t x, y, w, h;    /* the area */
-  uint32_t columns, rows; /* of blocks */
-  uint32_t cell_columns, cell_rows;
-  uint32_t samples; /* of a pass */
+  uint32_t x, y, w, h;              /* the area */
+  uint32_t columns, rows;           /* of blocks */
+  uint32_t cell_columns, cell_rows; /* two columns for each column of squares */
+  uint32_t samples;                 /* of a pass */
 } pk_pass_sums;
 
 struct pk_render_state {
@@ -23726,7 +23739,8 @@ PK_INLINE void pk_pass_add(const double mean[3], pktrt_pixel_sums *sums) {
 
 /* Returns the cell of the pixel at (x, y) of the sums' area. */
 PK_INLINE pk_pass_cell *pk_pass_cell_of(const pk_pass_sums *sums, uint32_t x, uint32_t y) {
-  return &sums->cells[(size_t)(y / PK_PASS_CELL) * sums->cell_columns + x / PK_PASS_CELL];
+  size_t square = (size_t)(y / PK_PASS_CELL) * (sums->cell_columns / 2) + x / PK_PASS_CELL;
+  return &sums->cells[2 * square + ((x ^ y) & 1)];
 }
 
 /* Adds the AOVs of a pixel to those of the passes before, if there may be some, and writes their means. */
@@ -23793,15 +23807,17 @@ PK_NOINLINE void pk_tile_write_pixels(const pk_tile *tile) {
 }
 
 /* Appends the pixels of a square of `edge` x `edge` that lie within [area[0], area[2]) x [area[1], area[3]) to those
-   that the tile renders next. */
-PK_HOT void pk_tile_add_pixels(pk_tile *tile, const uint32_t area[4], uint32_t left, uint32_t top, uint32_t edge) {
+   that the tile renders next: of the fields of a chessboard those whose bit of `fields` is set. */
+PK_HOT void pk_tile_add_pixels(
+    pk_tile *tile, const uint32_t area[4], uint32_t left, uint32_t top, uint32_t edge, uint32_t fields) {
   pk_pass_sums *passes = tile->render->passes;
-  bool all_split = !tile->render->splits || tile->pass < PK_PILOT_PASSES;
+  bool all_split = !tile->render->splits || tile->pass < PK_PILOT_PASSES, both = fields == 3;
   uint32_t count = tile->pixel_count, first[2] = {area[0], area[1]}, size[2] = {area[2] - area[0], area[3] - area[1]};
 
   for (uint32_t i = 0; i < edge * edge; i++) {
     uint32_t x = left + tile->across[i], y = top + tile->down[i];
     if (x - first[0] >= size[0] || y - first[1] >= size[1]) continue;
+    if (!both && !(fields >> ((x ^ y) & 1) & 1)) continue;
     tile->split[count] = all_split || pk_pass_cell_of(passes, x, y)->split;
     pk_tile_pixel *pixel = &tile->pixels[count++];
     pixel->sum[0] = pixel->sum[1] = pixel->sum[2] = pixel->cost = 0;
@@ -23921,7 +23937,7 @@ static void pk_tile_render_area(pk_tile *tile, const uint32_t area[4], uint32_t 
     for (uint32_t x = area[0]; x < area[2] && !tile->failed; x += edge) {
       for (uint32_t down = 0; down < edge; down += cell)
         for (uint32_t across = 0; across < edge; across += cell)
-          pk_tile_add_pixels(tile, area, x + across, y + down, cell);
+          pk_tile_add_pixels(tile, area, x + across, y + down, cell, 3);
       pk_tile_render_pixels(tile);
     }
 }
@@ -23938,7 +23954,7 @@ static void pk_pass_set_sizes(const uint32_t area[4], bool has_aovs, pk_pass_sum
   sums->columns = (sums->w + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   sums->rows = (sums->h + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   sums->block_count = (uint64_t)sums->columns * sums->rows;
-  sums->cell_columns = (sums->w + PK_PASS_CELL - 1) / PK_PASS_CELL;
+  sums->cell_columns = (sums->w + PK_PASS_CELL - 1) / PK_PASS_CELL * 2;
   sums->cell_rows = (sums->h + PK_PASS_CELL - 1) / PK_PASS_CELL;
   sums->cell_count = (uint64_t)sums->cell_columns * sums->cell_rows;
   sums->bytes = (uint64_t)sums->w * sums->h * (sizeof *sums->pixels + (has_aovs ? sizeof *sums->aovs : 0)) +
@@ -23971,10 +23987,8 @@ PK_COLD bool pk_pass_make(pk_render_state *render, const uint32_t area[4], pk_pa
   sums->samples = render->samples;
   render->passes = sums;
 
-  for (uint32_t y = 0; y < sums->h; y += PK_PASS_CELL)
-    for (uint32_t x = 0; x < sums->w; x += PK_PASS_CELL)
-      pk_pass_cell_of(sums, x, y)->pixels =
-          pk_pass_within(x, PK_PASS_CELL, sums->w) * pk_pass_within(y, PK_PASS_CELL, sums->h);
+  for (uint32_t y = 0; y < sums->h; y++)
+    for (uint32_t x = 0; x < sums->w; x++) pk_pass_cell_of(sums, x, y)->pixels++;
 
   return true;
 }
@@ -23989,14 +24003,14 @@ PK_INLINE double pk_pass_spread(const pktrt_pixel_sums *sums, double n, double i
 /* Computes the cell's variance and whether it splits, and adds its errors and means to those of its block. Pixels
    whose error is not finite are left out. */
 static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t row, pk_pass_block *block) {
-  uint32_t left = column * PK_PASS_CELL, top = row * PK_PASS_CELL;
-  pk_pass_cell *cell = pk_pass_cell_of(sums, left, top);
+  uint32_t left = column / 2 * PK_PASS_CELL, top = row * PK_PASS_CELL;
+  pk_pass_cell *cell = &sums->cells[(size_t)row * sums->cell_columns + column];
   double n = cell->done, inverse_n = 1 / n;
   double to_error = n < 2 ? 0 : 1 / (n * (n - 1));
   double spread = 0, squares = 0, mean[3] = {0, 0, 0}, excess = 0, splits = 0;
 
   for (uint32_t y = top; y < top + PK_PASS_CELL && y < sums->h; y++)
-    for (uint32_t x = left; x < left + PK_PASS_CELL && x < sums->w; x++) {
+    for (uint32_t x = left + ((column ^ y) & 1); x < left + PK_PASS_CELL && x < sums->w; x += 2) {
       const pk_pixel_sums *pixel = &sums->pixels[(size_t)y * sums->w + x];
       double pixel_spread = pk_pass_spread(&pixel->passes, n, inverse_n);
 
@@ -24035,26 +24049,25 @@ PK_COLD void pk_pass_sum_errors(void *arg, size_t row) {
 
   memset(blocks, 0, sums->columns * sizeof *blocks);
   for (uint32_t y = first; y < first + PK_BLOCK_CELLS && y < sums->cell_rows; y++)
-    for (uint32_t x = 0; x < sums->cell_columns; x++) pk_pass_sum_cell(sums, x, y, &blocks[x / PK_BLOCK_CELLS]);
+    for (uint32_t x = 0; x < sums->cell_columns; x++) pk_pass_sum_cell(sums, x, y, &blocks[x / (2 * PK_BLOCK_CELLS)]);
 }
 
 /* Writes how far the sum of V over `known` pixels can be trusted; `sums`: of V, of V^2, and of its variance. Returns
    the factor by which its interval reaches up and down from the root of the estimate. examples/manual.md, "Errors of
    pictures", derives both. */
 static double pk_pass_write_interval(
-    pktrt_report *report, int measure, const double sums[3], double known, double passes) {
+    pktrt_report *report, int measure, const double sums[3], double known, bool adaptive) {
   double error = sums[0], squares = sums[1];
   double deviation = error > 0 ? sqrt(sums[2]) / error : 0;
-  double carriers = squares > 0 ? error * error / squares : 0;
-  bool is_rare = error > 0 && passes < PK_RELIABLE_PASSES && carriers < PK_RELIABLE_SHARE * known;
 
-  report->effective_pixels[measure] = carriers;
-  report->unreliable[measure] = is_rare || !(error < INFINITY) || !(deviation <= PK_RELIABLE_DEVIATION) || !(known > 0);
+  if (adaptive) deviation *= PK_ADAPT_DOUBT;
+  report->effective_pixels[measure] = squares > 0 ? error * error / squares : 0;
+  report->unreliable[measure] = !(error < INFINITY) || !(deviation <= PK_RELIABLE_DEVIATION) || !(known > 0);
   return deviation + sqrt(1 + deviation * deviation);
 }
 
-/* Writes the error of the whole picture, as far as known, to the report. `passes` is a mean over pixels. */
-PK_COLD void pk_pass_estimate(const pk_render_state *render, double passes, pktrt_report *report) {
+/* Writes the error of the whole picture, as far as known, to the report. */
+PK_COLD void pk_pass_estimate(const pk_render_state *render, pktrt_report *report) {
   pk_pass_sums *pass_sums = render->passes;
   double sums[2][3] = {{0, 0, 0}, {0, 0, 0}}, mean[3] = {0, 0, 0}, known = 0; /* of V, V^2 and its variance */
 
@@ -24087,8 +24100,8 @@ PK_COLD void pk_pass_estimate(const pk_render_state *render, double passes, pktr
 
   report->rmse = known > 0 ? sqrt(sums[0][0] / (3 * known)) : INFINITY;
   report->relative_mse = known > 0 ? sums[1][0] / known : INFINITY;
-  double rmse_factor = pk_pass_write_interval(report, 0, sums[0], known, passes);
-  double relative_factor = pk_pass_write_interval(report, 1, sums[1], known, passes);
+  double rmse_factor = pk_pass_write_interval(report, 0, sums[0], known, render->desc->adaptive);
+  double relative_factor = pk_pass_write_interval(report, 1, sums[1], known, render->desc->adaptive);
   report->rmse_low = report->rmse / rmse_factor;
   report->rmse_high = report->rmse * rmse_factor;
   report->relative_mse_high = report->relative_mse * relative_factor * relative_factor;
@@ -24103,19 +24116,25 @@ PK_COLD void pk_pass_estimate(const pk_render_state *render, double passes, pktr
    3. Over the cells with R > done, cost is scale sum(q c) and error sum(q c) / scale. So a budget or an error gives the
       scale, once the other cells are known; pk_pass_scale finds them by removing them round by round. */
 
-/* Returns s / c of a cell, mixed with that of the 3 x 3 cells around it, because two passes may miss rare light. */
+/* Returns s / c of a cell, as its neighbours have it: the other cell of its square, and the 8 squares around. A cell
+   that judged itself would get passes by its luck: light that it has met would be diluted, light that it has missed
+   would stay missing, and the mean would be too low. */
 static double pk_pass_smooth_variance(const pk_pass_sums *sums, uint32_t column, uint32_t row) {
-  const pk_pass_cell *cell = &sums->cells[(size_t)row * sums->cell_columns + column];
+  const pk_pass_cell *other = &sums->cells[(size_t)row * sums->cell_columns + (column ^ 1)];
+  uint32_t left = column & ~1u;
   double sum = 0, pixels = 0;
 
   for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < sums->cell_rows; y++)
-    for (uint32_t x = column ? column - 1 : 0; x <= column + 1 && x < sums->cell_columns; x++) {
+    for (uint32_t x = left ? left - 2 : 0; x <= left + 3 && x < sums->cell_columns; x++) {
       const pk_pass_cell *neighbour = &sums->cells[(size_t)y * sums->cell_columns + x];
+      if (y == row && (x | 1) == (left | 1)) continue;
       sum += neighbour->variance;
       pixels += neighbour->pixels;
     }
 
-  return (1 - PK_ADAPT_SMOOTHING) * cell->variance / cell->pixels + PK_ADAPT_SMOOTHING * sum / pixels;
+  double around = pixels > 0 ? sum / pixels : 0, beside = other->pixels ? other->variance / other->pixels : around;
+  if (!(pixels > 0)) around = beside;
+  return (1 - PK_ADAPT_SMOOTHING) * beside + PK_ADAPT_SMOOTHING * around;
 }
 
 /* Sets the deviation q of all cells, but to at least a share of the mean, as light not seen so far may yet come. If
@@ -24126,18 +24145,18 @@ static void pk_pass_set_deviations(pk_pass_sums *sums, bool relative) {
   for (uint32_t row = 0; relative && row < sums->cell_rows; row++)
     for (uint32_t column = 0; column < sums->cell_columns; column++)
       sums->cells[(size_t)row * sums->cell_columns + column].variance *=
-          sums->blocks[(size_t)(row / PK_BLOCK_CELLS) * sums->columns + column / PK_BLOCK_CELLS].weight;
+          sums->blocks[(size_t)(row / PK_BLOCK_CELLS) * sums->columns + column / (2 * PK_BLOCK_CELLS)].weight;
 
   for (uint32_t row = 0; row < sums->cell_rows; row++)
     for (uint32_t column = 0; column < sums->cell_columns; column++) {
       pk_pass_cell *cell = &sums->cells[(size_t)row * sums->cell_columns + column];
-      cell->deviation = sqrt(pk_pass_smooth_variance(sums, column, row));
+      cell->deviation = cell->pixels ? sqrt(pk_pass_smooth_variance(sums, column, row)) : 0;
       sum += cell->deviation;
     }
 
   double least = sum > 0 ? PK_ADAPT_LEAST_DEVIATION * sum / (double)sums->cell_count : 1;
   for (pk_pass_cell *cell = sums->cells; cell < sums->cells + sums->cell_count; cell++)
-    if (!(cell->deviation > least && cell->deviation < INFINITY)) cell->deviation = least;
+    if (!(cell->deviation > least && cell->deviation < INFINITY)) cell->deviation = cell->pixels ? least : 0;
 }
 
 /* Returns the scale at which all passes together cost `budget` pixel passes or, if budget is 0, leave `error`; 0 if
@@ -24290,12 +24309,17 @@ static uint32_t pk_pass_render_cells(
     uint32_t x = left + tile->across[i] * edge, y = top + tile->down[i] * edge;
     if (x >= area[2] || y >= area[3]) continue;
 
-    const pk_pass_cell *cell = pk_pass_cell_of(tile->render->passes, x, y);
-    uint32_t end = cell->done + cell->more, next = cell->done > pass ? cell->done : pass + 1;
-    if (next < end && next < later) later = next;
-    if (cell->done > pass || pass >= end) continue;
+    const pk_pass_cell *cells = pk_pass_cell_of(tile->render->passes, x, y);
+    uint32_t fields = 0;
+    for (uint32_t field = 0; field < 2; field++) {
+      const pk_pass_cell *cell = &cells[field];
+      uint32_t end = cell->done + cell->more, next = cell->done > pass ? cell->done : pass + 1;
+      if (next < end && next < later) later = next;
+      if (cell->done <= pass && pass < end) fields |= 1u << field;
+    }
+    if (!fields) continue;
 
-    pk_tile_add_pixels(tile, area, x, y, edge);
+    pk_tile_add_pixels(tile, area, x, y, edge, fields);
     if ((tile->pixel_count + edge * edge) * tile->render->samples > tile->wave_rays) pk_tile_render_pixels(tile);
   }
 
@@ -24357,6 +24381,7 @@ static void pk_pass_end_round(pk_pass_rounds *rounds) {
   for (uint64_t i = 0; sums && i < sums->cell_count; i++) {
     pk_pass_cell *cell = &sums->cells[i];
     cell->done += cell->more;
+    if (!cell->pixels) continue;
     least = cell->done < least ? cell->done : least;
     most = cell->done > most ? cell->done : most;
     sum += (double)cell->done * cell->pixels;
@@ -24384,7 +24409,9 @@ static pktrt_stop pk_pass_stop_rule(const pk_pass_rounds *rounds) {
   double slack = 0.5;
 
   if (!pk_pass_is_reliable(rounds)) {
+    double cap = error * (relative ? PK_TARGET_DOUBT : sqrt(PK_TARGET_DOUBT));
     error = relative ? report->relative_mse_high : report->rmse_high;
+    if (rounds->passes_done >= PK_TARGET_PASSES) error = pk_min(error, cap);
     if (rounds->passes_done < PK_RELIABLE_PASSES) error = INFINITY;
   }
 
@@ -24439,7 +24466,7 @@ static void pk_pass_run(pk_pass_rounds *rounds) {
     }
 
     pk_pass_end_round(rounds);
-    if (rounds->estimated && render->passes) pk_pass_estimate(render, rounds->passes_done, report);
+    if (rounds->estimated && render->passes) pk_pass_estimate(render, report);
     if (progress->sky_exceeded) report->unreliable[0] = report->unreliable[1] = true;
     report->stop = pk_pass_stop_rule(rounds);
     if (progress->cancelled_at_end && !report->stop) {
@@ -24863,8 +24890,7 @@ static pktrt_status pk_pass_end(pktrt_scene *scene, pk_render_state *render, pk_
   if (progress->failed) return pk_fail(scene, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
   if (progress->cancelled) return pk_fail(scene, PKTRT_CANCELLED, "render: the progress hook asked to stop");
 
-  if (render->passes && !desc->pass && (desc->report || has_errors))
-    pk_pass_estimate(render, rounds->passes_done, report);
+  if (render->passes && !desc->pass && (desc->report || has_errors)) pk_pass_estimate(render, report);
 
   if (progress->sky_exceeded) { /* samples of the table seldom meet such a source */
     report->unreliable[0] = report->unreliable[1] = true;
@@ -24999,7 +25025,7 @@ static void pk_pass_take_sums(pk_pass_rounds *rounds, uint32_t passes, const pkt
   for (uint64_t k = 0; sums && k < sums->cell_count; k++) sums->cells[k].more = passes;
   pk_pass_end_round(rounds);
   rounds->report.rounds = passes;
-  if (sums) pk_pass_estimate(rounds->render, rounds->passes_done, &rounds->report);
+  if (sums) pk_pass_estimate(rounds->render, &rounds->report);
   rounds->report.stop = pk_pass_stop_rule(rounds);
 }
 

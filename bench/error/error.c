@@ -5,6 +5,7 @@
      build/error [options] [PART...]           see --help
 
    Method, formulas and results stand in README.md; error.h says how to add parts and checks. */
+#include "bars.h"
 #include "bias.h"
 #include "blue.h"
 #include "bounds.h"
@@ -64,6 +65,7 @@ static const struct part {
     {"closed", "error against run time of scenes with a closed form, by sampler", part_closed},
     {"scenes", "error against run time of the built-in scenes, WRT and DRT, by sampler", part_scenes},
     {"estimates", "estimated error against the truth", part_estimates},
+    {"bars", "how far reports can be believed from two passes on", part_bars},
     {"targets", "true error where a render has stopped at a target", part_targets},
     {"adaptive", "time of adaptive passes for equal error", part_adaptive},
     {"flicker", "static sets against fresh ones in an animation", part_flicker},

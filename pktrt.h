@@ -25479,6 +25479,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                   lead below a triangle start above it.
                 - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many: half
                   to a twentieth of the error of before in the same time.
+                - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
+                  effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).
 
    examples/manual.md has the history of all versions, and says what may change.

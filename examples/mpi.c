@@ -847,8 +847,7 @@ static bool open_desk(void *user) {
   pktrt_scene_desc desc;
   d->given = &r->given, d->key = r->key, d->count = r->count, d->next = r->given.first;
   if (r->rank) return true;
-  const double frames =
-      (double)(int)OPEN_BYTES / ((double)pixels * (double)pixel_words(&r->given.of) * sizeof(double));
+  const double frames = (double)(int)OPEN_BYTES / ((double)pixels * (double)pixel_words(&r->given.of) * sizeof(double));
   d->open = (frame_state *)calloc((size_t)r->count, sizeof *d->open);
   d->frames_open = !d->open ? 0 : frames < 1 ? 1 : frames < r->count ? (int)frames : r->count;
   for (int i = 0; i < d->frames_open; i++) d->open[i].frame = NOWHERE;

@@ -126,7 +126,10 @@ static void nothing_to_see(void) {
   for (int kind = 0; kind < 4; kind++) {
     pktrt_render_desc d = sheet_view(&got, 4);
     for (size_t i = 0; i < 4 * PIXELS; i++)
-      values[i] = kind == 0 ? 2 + scattered(i) : kind == 1 ? -scattered(i) : kind == 2 ? scattered(i % PIXELS) : 0.5 * scattered(i);
+      values[i] = kind == 0   ? 2 + scattered(i)
+                  : kind == 1 ? -scattered(i)
+                  : kind == 2 ? scattered(i % PIXELS)
+                              : 0.5 * scattered(i);
     finish_values(s, &d, 4, values);
     CHECK((got.report.display_error < 1e-7) == (kind < 3), "kind %d: %g", kind, got.report.display_error);
     CHECK((got.report.rmse > 0.01) == (kind != 2), "kind %d: the control: linear errors, %g", kind, got.report.rmse);
@@ -143,7 +146,8 @@ static void glaring_light(void *user, uint32_t n, const float *const direction[3
   (void)user;
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t lamp = (uint32_t)((int)floorf(direction[0][i] * 17) * 31 + (int)floorf(direction[1][i] * 19) * 17);
-    const uint32_t speck = (uint32_t)((int)floorf(direction[0][i] * 997) * 31 + (int)floorf(direction[1][i] * 991) * 17);
+    const uint32_t speck =
+        (uint32_t)((int)floorf(direction[0][i] * 997) * 31 + (int)floorf(direction[1][i] * 991) * 17);
     const uint32_t hash = speck * 2654435761u >> 22; /* of 1024 */
     float value = 0.2f + 0.15f * (float)(hash & 3);
     if (lamp * 2654435761u >> 29 == 0) value = 6;
@@ -182,7 +186,8 @@ static void estimates_and_truth(void) {
         view.display_tone = curve ? PKTRT_TONE_CURVE : PKTRT_TONE_CLAMP;
         stage_render(s, &view);
         for (size_t i = 0; i < PIXELS * 3; i++) {
-          const double off = shown_by_pow((double)got.pixels[i], 1, curve) - shown_by_pow((double)truth.pixels[i], 1, curve);
+          const double off =
+              shown_by_pow((double)got.pixels[i], 1, curve) - shown_by_pow((double)truth.pixels[i], 1, curve);
           error += off * off / (PIXELS * 3);
         }
         const double ratio = got.report.display_error / sqrt(error);
@@ -276,7 +281,8 @@ static void bytes_where_asked(void) {
     peak[k] = hooks.peak_bytes - before;
     CHECK((got.report.display_error < INFINITY) == (k == 3) || k == 2, "case %d: %g", k, got.report.display_error);
     CHECK(got.report.unreliable[PKTRT_ERROR_DISPLAY] || k >= 2, "case %d", k);
-    if (k == 3) CHECK(report.passes > 90 * PIXELS && report.passes < 91 * PIXELS, "%llu", (unsigned long long)report.passes);
+    if (k == 3)
+      CHECK(report.passes > 90 * PIXELS && report.passes < 91 * PIXELS, "%llu", (unsigned long long)report.passes);
   }
   CHECK(peak[1] == peak[0] && peak[2] == peak[0], "%zu, %zu and %zu bytes", peak[0], peak[1], peak[2]);
   CHECK(peak[3] == peak[0] + 48 * PIXELS, "the control: 48 bytes a pixel more: %zu, was %zu", peak[3], peak[0]);

@@ -77,7 +77,8 @@ static void measure_shown(stage *g, unsigned seeds, pktrt_error_measure measure,
     }
     for (unsigned i = 0; i < SHOWN_BUDGETS; i++)
       for (int uniform = 0; uniform < 2; uniform++) {
-        shot s = shot_of(PKTRT_SAMPLER_SOBOL, SHOWN_SAMPLES, (16u << (SHOWN_FIRST + i)) / SHOWN_SAMPLES, FIRST_SEED + k);
+        shot s =
+            shot_of(PKTRT_SAMPLER_SOBOL, SHOWN_SAMPLES, (16u << (SHOWN_FIRST + i)) / SHOWN_SAMPLES, FIRST_SEED + k);
         s.adaptive = !uniform;
         s.measure = measure;
         add_effort(g, &s, seeds, &to->seconds[uniform][i], &to->error[uniform][i]);
@@ -110,7 +111,8 @@ static void part_display(bench *b) {
 
   csv(&b->out, "scene,passes,median,low,high,within,unreliable,reliable_within\n");
   say(&b->out,
-      "Estimated over true error as shown: median (in brackets the middle nine tenths), the part of runs within 25%%, the "
+      "Estimated over true error as shown: median (in brackets the middle nine tenths), the part of runs within 25%%, "
+      "the "
       "part called unreliable, the part within 25%% of the others. Passes of 8 samples; pictures of 64 x 48, %d "
       "seeds.\n\n| scene | passes | estimate | within | unreliable | within, others |\n|---|--:|--:|--:|--:|--:|\n",
       TRUTH_SEEDS);
@@ -122,8 +124,8 @@ static void part_display(bench *b) {
       run_shown(&g, 8, passes, TRUTH_SEEDS, &said);
       const double unreliable = 1 - (double)said.reliable.n / said.all.n;
       const double within = share_within(&said.all, 0.75, 1.25), others = share_within(&said.reliable, 0.75, 1.25);
-      say(&b->out, "| %s | %u | %.2f (%.2f, %.2f) | %.0f%% | %.0f%% |", g.name, (unsigned)passes, part_of(&said.all, 0.5),
-          part_of(&said.all, 0.05), part_of(&said.all, 0.95), 100 * within, 100 * unreliable);
+      say(&b->out, "| %s | %u | %.2f (%.2f, %.2f) | %.0f%% | %.0f%% |", g.name, (unsigned)passes,
+          part_of(&said.all, 0.5), part_of(&said.all, 0.05), part_of(&said.all, 0.95), 100 * within, 100 * unreliable);
       say_share(b, others);
       say(&b->out, "\n");
       csv(&b->out, "%s,%u,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", g.name, (unsigned)passes, part_of(&said.all, 0.5),
@@ -134,7 +136,8 @@ static void part_display(bench *b) {
   }
 
   say(&b->out,
-      "\nTime of adaptive passes of %d samples for the same error as shown, over that of one set of samples and over that "
+      "\nTime of adaptive passes of %d samples for the same error as shown, over that of one set of samples and over "
+      "that "
       "of uniform passes, with budgets of 64 and 128 samples; 8 seeds.\n\n"
       "| scene | one set: 64 | 128 | passes: 64 | 128 |\n|---|--:|--:|--:|--:|\n",
       (int)SHOWN_SAMPLES);

@@ -18382,8 +18382,8 @@ PK_INLINE double pk_screen_shown(double value, pktrt_tone tone) {
   if (!(value < 1)) return 1;
   if (value <= 0.0031308) return 12.92 * value;
   double root = sqrt(sqrt(value));
-  return (((0.0821385537900036 * root - 0.3388088544532798) * root + 1.1268231267074051) * root + 0.1941435609085778) *
-             root - 0.06429638695270673;
+  double sum = (0.0821385537900036 * root - 0.3388088544532798) * root + 1.1268231267074051;
+  return (sum * root + 0.1941435609085778) * root - 0.06429638695270673;
 }
 
 /* Finds each code by binary search in the least values of all codes. */
@@ -23949,10 +23949,11 @@ static void pk_pass_set_sizes(const uint32_t area[4], bool has_aovs, bool has_di
   sums->cell_columns = (sums->w + PK_PASS_CELL - 1) / PK_PASS_CELL;
   sums->cell_rows = (sums->h + PK_PASS_CELL - 1) / PK_PASS_CELL;
   sums->cell_count = (uint64_t)sums->cell_columns * sums->cell_rows;
-  sums->bytes = (uint64_t)sums->w * sums->h *
-                    (sizeof *sums->pixels + (has_aovs ? sizeof *sums->aovs : 0) +
-                        (has_display ? sizeof *sums->display : 0)) +
-                sums->cell_count * sizeof *sums->cells + sums->block_count * sizeof *sums->blocks;
+  uint64_t pixel_bytes = sizeof *sums->pixels;
+  if (has_aovs) pixel_bytes += sizeof *sums->aovs;
+  if (has_display) pixel_bytes += sizeof *sums->display;
+  sums->bytes = (uint64_t)sums->w * sums->h * pixel_bytes + sums->cell_count * sizeof *sums->cells +
+                sums->block_count * sizeof *sums->blocks;
 }
 
 /* Returns how many of `edge` pixels from `start` on lie before `end`. */

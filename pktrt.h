@@ -898,8 +898,8 @@ typedef enum pktrt_error_measure {
   /* Relative MSE: mean over pixels of V / (|b|^2 + |m|^2 / 100), with b the mean colour of the pixel's block, m that of
      the picture. */
   PKTRT_ERROR_RELATIVE,
-  /* RMSE of a channel as a screen shows it: of the sRGB values in [0,1] that pktrt_to_srgb8 rounds, with display_exposure
-     and display_tone. A lamp that is white on the screen has no error, whatever its noise. */
+  /* RMSE of a channel as a screen shows it: of the sRGB values in [0,1] that pktrt_to_srgb8 rounds, with
+     display_exposure and display_tone. A lamp that is white on the screen has no error, whatever its noise. */
   PKTRT_ERROR_DISPLAY
 } pktrt_error_measure;
 #define PKTRT_ERROR_BLOCK 16 /* pixels along the edge of the blocks over which errors are summed */
@@ -966,8 +966,8 @@ typedef struct pktrt_report {
   double display_error, display_error_low, display_error_high;
 } pktrt_report;
 
-/* What PKTRT_ERROR_DISPLAY needs of the passes of a pixel beside pktrt_pixel_sums, by channel: the sum of the squares of
-   their means, and the largest mean. At first 0. */
+/* What PKTRT_ERROR_DISPLAY needs of the passes of a pixel beside pktrt_pixel_sums, by channel: the sum of the squares
+   of their means, and the largest mean. At first 0. */
 typedef struct pktrt_display_sums {
   double squares[3], most[3];
 } pktrt_display_sums;
@@ -1068,8 +1068,8 @@ typedef struct pktrt_render_desc {
      blocks at the right and lower edge may be cut off. */
   float *block_error;
   double (*seconds)(void *user); /* a clock, for time_budget and report; NULL: the system's */
-  /* For PKTRT_ERROR_DISPLAY, as pktrt_to_srgb8 will have them: a factor > 0 on the values, 0: 1; and the tone. Passes then
-     take 48 bytes per pixel more. */
+  /* For PKTRT_ERROR_DISPLAY, as pktrt_to_srgb8 will have them: a factor > 0 on the values, 0: 1; and the tone. Passes
+     then take 48 bytes per pixel more. */
   float display_exposure;
   pktrt_tone display_tone;
   const pktrt_display_sums *display_sums; /* for pktrt_finish_passes with PKTRT_ERROR_DISPLAY; others ignore it */
@@ -1116,8 +1116,8 @@ PKTRT_DEF void pktrt_add_display_pass(const double *means, size_t n, pktrt_displ
 
 /* Makes the results of pktrt_render of the whole picture's sums, tight, each of `passes` passes: pixels, report,
    pixel_error, block_error. report->stop says whether the rules end the render; if not, make another pass over all
-   pixels. The content of the scene has no effect. PKTRT_ERROR_DISPLAY needs desc->display_sums too. Of the report, seconds is 0, and errors of an environment's table are
-   unknown. */
+   pixels. The content of the scene has no effect. PKTRT_ERROR_DISPLAY needs desc->display_sums too. Of the
+   report, seconds is 0, and errors of an environment's table are unknown. */
 PKTRT_DEF pktrt_status pktrt_finish_passes(
     pktrt_scene *, const pktrt_render_desc *, uint32_t passes, const pktrt_pixel_sums *);
 

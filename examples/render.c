@@ -342,8 +342,8 @@ static bool split_samples(options *o) {
   return true;
 }
 
-/* What errors are measured by unless the options say so: as the file shows them, if it has 8 bits and it is known before
-   the picture how bright it will be. */
+/* What errors are measured by unless the options say so: as the file shows them, if it has 8 bits and its exposure is
+   known before the picture. */
 static int default_measure(const options *o, bool wanted) {
   const bool known = o->exposure > 0 || (o->exposure < 0 && !o->mesh);
   const bool eight_bits = o->output && !ex_has_suffix(o->output, ".pfm");
@@ -717,8 +717,8 @@ static double squared_mean(const job *j, size_t x, size_t y, size_t w, size_t h)
   return known > 0 ? (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / (known * known) : 0;
 }
 
-/* Relative as in the relative MSE, see pktrt_error_measure: block by block. pixel_error has sqrt(V / 3). Errors as shown
-   are parts of white. */
+/* Relative as in the relative MSE, see pktrt_error_measure: block by block. pixel_error has sqrt(V / 3). Errors as
+   shown are parts of white. */
 static void colour_errors(const job *j, float *colours) {
   const size_t all = (size_t)j->given.width * j->given.height;
   for (size_t i = 0; j->view.measure == PKTRT_ERROR_DISPLAY && i < all; i++)

@@ -152,8 +152,8 @@ static void part_display(bench *b) {
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
-/* Of runs that are not called unreliable, the part whose estimate as shown is within 25% of the truth. The control: what
-   the RMSE of radiance says of it. */
+/* Of runs that are not called unreliable, the part whose estimate as shown is within 25% of the truth. The control:
+   what the RMSE of radiance says of it. */
 static double check_shown(bench *b, const claim *c, bool control, char details[DETAILS]) {
   static shown_sayings said;
   (void)c;

@@ -883,6 +883,13 @@ typedef enum pktrt_phong_mapping {
   PKTRT_PHONG_NAIVE /* for comparison, see pktrt_map_phong_naive */
 } pktrt_phong_mapping;
 
+/* How values that a screen cannot show become values that it can. */
+typedef enum pktrt_tone {
+  PKTRT_TONE_CLAMP = 0, /* values above 1 become 1 */
+  /* v (1 + v / 16) / (1 + v), by channel (Reinhard et al. 2002): dark values stay, 1 becomes 0.53, 4 becomes 1. */
+  PKTRT_TONE_CURVE
+} pktrt_tone;
+
 /* How the error of a picture is measured. Of a pixel with means x_1 ... x_n of its passes, and x the mean of these, the
    squared error is estimated by V = sum |x_i - x|^2 / (n (n - 1)). The manual, "Errors of pictures", says how good that
    is. */
@@ -890,7 +897,10 @@ typedef enum pktrt_error_measure {
   PKTRT_ERROR_RMSE = 0, /* sqrt(mean of V / 3): of a channel, in units of radiance */
   /* Relative MSE: mean over pixels of V / (|b|^2 + |m|^2 / 100), with b the mean colour of the pixel's block, m that of
      the picture. */
-  PKTRT_ERROR_RELATIVE
+  PKTRT_ERROR_RELATIVE,
+  /* RMSE of a channel as a screen shows it: of the sRGB values in [0,1] that pktrt_to_srgb8 rounds, with
+     display_exposure and display_tone. A lamp that is white on the screen has no error, whatever its noise. */
+  PKTRT_ERROR_DISPLAY
 } pktrt_error_measure;
 #define PKTRT_ERROR_BLOCK 16 /* pixels along the edge of the blocks over which errors are summed */
 
@@ -941,18 +951,26 @@ typedef struct pktrt_report {
   uint32_t samples_min, samples_max; /* of a pixel */
   double samples_mean;
   double rmse, relative_mse;  /* estimates, see pktrt_error_measure; INFINITY while a pixel has had one pass only */
-  double effective_pixels[2]; /* by pktrt_error_measure: pixels that carry it, (sum V)^2 / sum V^2; 0: no error */
+  double effective_pixels[3]; /* by pktrt_error_measure: pixels that carry it, (sum V)^2 / sum V^2; 0: no error */
   /* By pktrt_error_measure: do not believe the estimate. Either so few pixels carry it that it may be off by a quarter
      (of the RMSE) or more; or, from pktrt_render, samples met over 16 times the radiance that the table of the
      environment has, which `log` says at the end. */
-  bool unreliable[2];
+  bool unreliable[3];
   /* Bounds that hold the true error 95 times of 100, if samples have met the rare events. Nothing can be known of light
      that no sample has met. */
   double rmse_low, rmse_high, relative_mse_high;
   uint64_t unknown; /* pixels whose estimate is not finite; both estimates leave them out */
   double seconds;   /* since the call */
   pktrt_stop stop;
+  /* The estimate of PKTRT_ERROR_DISPLAY and its bounds; INFINITY unless `measure` asks for it. */
+  double display_error, display_error_low, display_error_high;
 } pktrt_report;
+
+/* What PKTRT_ERROR_DISPLAY needs of the passes of a pixel beside pktrt_pixel_sums, by channel: the sum of the squares
+   of their means, and the largest mean. At first 0. */
+typedef struct pktrt_display_sums {
+  double squares[3], most[3];
+} pktrt_display_sums;
 
 /* A picture to render: size, pixels, camera, and many choices. Zeroed fields ask for defaults. */
 typedef struct pktrt_render_desc {
@@ -1045,12 +1063,17 @@ typedef struct pktrt_render_desc {
   bool (*pass)(void *user, const pktrt_report *);
   pktrt_report *report; /* the last report; NULL: not wanted */
   /* sqrt(V / 3) of each pixel, tight, row 0 at the top; INFINITY for one pass. This and block_error are left alone if
-     the render fails or is cancelled. */
+     the render fails or is cancelled. With PKTRT_ERROR_DISPLAY both are errors of the shown picture. */
   float *pixel_error;
   /* sqrt(mean of V / 3) over each PKTRT_ERROR_BLOCK^2 pixels, from the top left corner on, INFINITY if none is known;
      blocks at the right and lower edge may be cut off. */
   float *block_error;
   double (*seconds)(void *user); /* a clock, for time_budget and report; NULL: the system's */
+  /* For PKTRT_ERROR_DISPLAY, as pktrt_to_srgb8 will have them: a factor > 0 on the values, 0: 1; and the tone. Passes
+     then take 48 bytes per pixel more. */
+  float display_exposure;
+  pktrt_tone display_tone;
+  const pktrt_display_sums *display_sums; /* for pktrt_finish_passes with PKTRT_ERROR_DISPLAY; others ignore it */
 } pktrt_render_desc;
 
 /* Renders the whole picture, tile by tile through parallel_for.
@@ -1089,11 +1112,13 @@ typedef struct pktrt_pixel_sums {
 /* Adds a pass to the sums of n pixels in a row. The bits are those of pktrt_render if each pixel gets its passes one
    after the other, from the first on; pixels may be at different passes. */
 PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *);
+/* The same for the sums that only PKTRT_ERROR_DISPLAY needs. */
+PKTRT_DEF void pktrt_add_display_pass(const double *means, size_t n, pktrt_display_sums *);
 
 /* Makes the results of pktrt_render of the whole picture's sums, tight, each of `passes` passes: pixels, report,
    pixel_error, block_error. report->stop says whether the rules end the render; if not, make another pass over all
-   pixels. The content of the scene has no effect. Of the report, seconds is 0, and errors of an environment's table are
-   unknown. */
+   pixels. The content of the scene has no effect. PKTRT_ERROR_DISPLAY needs desc->display_sums too. Of the
+   report, seconds is 0, and errors of an environment's table are unknown. */
 PKTRT_DEF pktrt_status pktrt_finish_passes(
     pktrt_scene *, const pktrt_render_desc *, uint32_t passes, const pktrt_pixel_sums *);
 
@@ -1106,12 +1131,6 @@ PKTRT_DEF pktrt_status pktrt_finish_passes(
    - The table decides where samples go. It causes no bias, whatever it is; a fresh table causes less noise. */
 PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_render_desc *);
 
-/* How values that a screen cannot show become values that it can. */
-typedef enum pktrt_tone {
-  PKTRT_TONE_CLAMP = 0, /* values above 1 become 1 */
-  /* v (1 + v / 16) / (1 + v), by channel (Reinhard et al. 2002): dark values stay, 1 becomes 0.53, 4 becomes 1. */
-  PKTRT_TONE_CURVE
-} pktrt_tone;
 /* Turns linear RGB, tight rows, into sRGB of 8 bits: three bytes a pixel, as screens and .png files have them.
    - exposure: a factor on the values; 0: 1.
    - out: has room for 3 * pixels bytes, the same on every machine. A code is the one whose sRGB value is nearest;
@@ -18359,6 +18378,24 @@ static double pk_screen_linear(double code) {
   return x * x * (root * root);
 }
 
+/* Applies a tone curve to a linear value. */
+PK_INLINE double pk_screen_tone(double value, pktrt_tone tone) {
+  if (tone != PKTRT_TONE_CURVE || !(value > 0)) return value;
+  return value < 4 ? value * (1 + value / 16) / (1 + value) : 1;
+}
+
+/* Returns the sRGB value in [0,1] of a linear value, before rounding to a code. The power 1 / 2.4 is a polynomial of
+   degree 4 of the fourth root, fitted to the least largest error: 4.5e-5, a ninetieth of a code. */
+PK_INLINE double pk_screen_shown(double value, pktrt_tone tone) {
+  value = pk_screen_tone(value, tone);
+  if (!(value > 0)) return 0;
+  if (!(value < 1)) return 1;
+  if (value <= 0.0031308) return 12.92 * value;
+  double root = sqrt(sqrt(value));
+  double sum = (0.0821385537900036 * root - 0.3388088544532798) * root + 1.1268231267074051;
+  return (sum * root + 0.1941435609085778) * root - 0.06429638695270673;
+}
+
 /* Finds each code by binary search in the least values of all codes. */
 PK_NOINLINE void pk_do_to_srgb8(const float *rgb, size_t pixels, float exposure, pktrt_tone tone, unsigned char *out) {
   double factor = exposure == 0 ? 1 : (double)exposure;
@@ -18368,9 +18405,7 @@ PK_NOINLINE void pk_do_to_srgb8(const float *rgb, size_t pixels, float exposure,
   for (int i = 1; i < 256; i++) least[i] = pk_screen_linear((i - 0.5) / 255);
 
   for (size_t i = 0; i < 3 * pixels; i++) {
-    double value = (double)rgb[i] * factor;
-    if (tone == PKTRT_TONE_CURVE && value > 0) value = value < 4 ? value * (1 + value / 16) / (1 + value) : 1;
-
+    double value = pk_screen_tone((double)rgb[i] * factor, tone);
     uint32_t code = 0;
     for (uint32_t step = 128; step; step /= 2) code += least[code + step] <= value ? step : 0; /* NaN stays 0 */
     out[i] = (unsigned char)code;
@@ -18832,6 +18867,7 @@ typedef struct pk_pass_block {
   double error[2];          /* by pktrt_error_measure: of V, and of V times `weight` */
   double squares;           /* of V^2 */
   double variance;          /* of the sum of V, about the true squared error */
+  double shown[3];          /* as error[0], squares and variance, of the picture as shown */
   double mean[3];           /* of the pixels' means */
   double weight;            /* of V in the relative MSE */
   uint32_t pixels, unknown; /* all, and those left out, whose V is not finite */
@@ -18840,7 +18876,8 @@ typedef struct pk_pass_block {
 /* What passes over an area know. The arrays lie in one piece of memory, from `pixels` on. */
 typedef struct pk_pass_sums {
   pk_pixel_sums *pixels;
-  pk_aov_sums *aovs; /* or NULL */
+  pktrt_display_sums *display; /* NULL unless PKTRT_ERROR_DISPLAY is asked for */
+  pk_aov_sums *aovs;           /* or NULL */
   pk_pass_cell *cells;
   pk_pass_block *blocks;
   uint64_t bytes, cell_count, block_count;
@@ -18848,6 +18885,8 @@ typedef struct pk_pass_sums {
   uint32_t columns, rows;           /* of blocks */
   uint32_t cell_columns, cell_rows; /* two columns for each column of squares */
   uint32_t samples;                 /* of a pass */
+  double exposure;                  /* of the display */
+  pktrt_tone tone;
 } pk_pass_sums;
 
 struct pk_render_state {
@@ -18932,7 +18971,8 @@ PK_COLD bool pk_render_check_enums(const pktrt_render_desc *desc, pk_refusal *wh
       {(int)desc->lights, PKTRT_LIGHTS_ONE, "pktrt_light_choice"},
       {(int)desc->glass_shadows, PKTRT_GLASS_SHADOWS_BLOCK, "pktrt_glass_shadows"},
       {(int)desc->phong_mapping, PKTRT_PHONG_NAIVE, "pktrt_phong_mapping"},
-      {(int)desc->measure, PKTRT_ERROR_RELATIVE, "pktrt_error_measure"},
+      {(int)desc->measure, PKTRT_ERROR_DISPLAY, "pktrt_error_measure"},
+      {(int)desc->display_tone, PKTRT_TONE_CURVE, "pktrt_tone"},
       {(int)desc->cost_of, PKTRT_COST_VECTORS, "pktrt_cost"}};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
     if (words[i].value < 0 || words[i].value > words[i].last)
@@ -18954,6 +18994,8 @@ PK_COLD bool pk_render_check_enums(const pktrt_render_desc *desc, pk_refusal *wh
 PK_COLD bool pk_render_check_rules(const pktrt_render_desc *desc, pk_refusal *why) {
   if (!(desc->target_error >= 0 && desc->target_error < INFINITY))
     return pk_render_refuse(why, "target_error is %g", (double)desc->target_error);
+  if (!(desc->display_exposure >= 0 && desc->display_exposure < INFINITY))
+    return pk_render_refuse(why, "display_exposure is %g, not a finite number >= 0", (double)desc->display_exposure);
   if (!(desc->time_budget >= 0)) return pk_render_refuse(why, "time_budget is %g", desc->time_budget);
   if (desc->passes == 1 && desc->target_error > 0)
     return pk_render_refuse(why, "target_error with one pass: errors are estimated from two passes on");
@@ -23737,6 +23779,14 @@ PK_INLINE void pk_pass_add(const double mean[3], pktrt_pixel_sums *sums) {
   }
 }
 
+/* Adds a pass's mean of a pixel to the sums that PKTRT_ERROR_DISPLAY needs. */
+PK_INLINE void pk_pass_add_display(const double mean[3], pktrt_display_sums *sums) {
+  for (int axis = 0; axis < 3; axis++) {
+    sums->squares[axis] += mean[axis] * mean[axis];
+    if (mean[axis] > sums->most[axis]) sums->most[axis] = mean[axis];
+  }
+}
+
 /* Returns the cell of the pixel at (x, y) of the sums' area. */
 PK_INLINE pk_pass_cell *pk_pass_cell_of(const pk_pass_sums *sums, uint32_t x, uint32_t y) {
   size_t square = (size_t)(y / PK_PASS_CELL) * (sums->cell_columns / 2) + x / PK_PASS_CELL;
@@ -23789,6 +23839,7 @@ PK_NOINLINE void pk_tile_write_pixels(const pk_tile *tile) {
 
       if (has_aovs) aovs = &sums->aovs[index];
       pk_pass_add(mean, &known->passes);
+      if (sums->display) pk_pass_add_display(mean, &sums->display[index]);
       known->split_excess += pixel->split_excess;
       known->splits += pixel->splits;
       for (int axis = 0; axis < 3; axis++) mean[axis] = known->passes.mean[axis] / (tile->pass + 1);
@@ -23944,8 +23995,14 @@ static void pk_tile_render_area(pk_tile *tile, const uint32_t area[4], uint32_t 
 
 /* >>passes: what several passes know of their error, and who gets the next one ------------------------------------- */
 
+/* Tells whether PKTRT_ERROR_DISPLAY is to be estimated. */
+static bool pk_pass_has_display(const pktrt_render_desc *desc) {
+  return desc->measure == PKTRT_ERROR_DISPLAY && (desc->target_error > 0 || desc->adaptive || desc->pass ||
+                                                     desc->report || desc->pixel_error || desc->block_error);
+}
+
 /* Sets sizes for the sums of pixels [area[0], area[2]) x [area[1], area[3]). */
-static void pk_pass_set_sizes(const uint32_t area[4], bool has_aovs, pk_pass_sums *sums) {
+static void pk_pass_set_sizes(const uint32_t area[4], bool has_aovs, bool has_display, pk_pass_sums *sums) {
   memset(sums, 0, sizeof *sums);
   sums->x = area[0];
   sums->y = area[1];
@@ -23957,8 +24014,11 @@ static void pk_pass_set_sizes(const uint32_t area[4], bool has_aovs, pk_pass_sum
   sums->cell_columns = (sums->w + PK_PASS_CELL - 1) / PK_PASS_CELL * 2;
   sums->cell_rows = (sums->h + PK_PASS_CELL - 1) / PK_PASS_CELL;
   sums->cell_count = (uint64_t)sums->cell_columns * sums->cell_rows;
-  sums->bytes = (uint64_t)sums->w * sums->h * (sizeof *sums->pixels + (has_aovs ? sizeof *sums->aovs : 0)) +
-                sums->cell_count * sizeof *sums->cells + sums->block_count * sizeof *sums->blocks;
+  uint64_t pixel_bytes = sizeof *sums->pixels;
+  if (has_aovs) pixel_bytes += sizeof *sums->aovs;
+  if (has_display) pixel_bytes += sizeof *sums->display;
+  sums->bytes = (uint64_t)sums->w * sums->h * pixel_bytes + sums->cell_count * sizeof *sums->cells +
+                sums->block_count * sizeof *sums->blocks;
 }
 
 /* Returns how many of `edge` pixels from `start` on lie before `end`. */
@@ -23968,10 +24028,11 @@ PK_INLINE uint32_t pk_pass_within(uint32_t start, uint32_t edge, uint32_t end) {
 
 /* Makes sums for an area if there may be several passes. Returns false if memory runs out. */
 PK_COLD bool pk_pass_make(pk_render_state *render, const uint32_t area[4], pk_pass_sums *sums) {
-  bool has_aovs = pk_aov_wanted(render);
+  const pktrt_render_desc *desc = render->desc;
+  bool has_aovs = pk_aov_wanted(render), has_display = pk_pass_has_display(desc) && !render->sums_only;
   size_t pixels = (size_t)(area[2] - area[0]) * (area[3] - area[1]);
 
-  pk_pass_set_sizes(area, has_aovs, sums);
+  pk_pass_set_sizes(area, has_aovs, has_display, sums);
   if (render->most_passes == 1) return true;
   void *memory = pk_mem_alloc(&render->scene->desc, sums->bytes, 1);
   if (!memory) return false;
@@ -23983,8 +24044,14 @@ PK_COLD bool pk_pass_make(pk_render_state *render, const uint32_t area[4], pk_pa
   memory = sums->blocks + sums->block_count;
   sums->cells = PK_CAST(pk_pass_cell *, memory);
   memory = sums->cells + sums->cell_count;
-  if (has_aovs) sums->aovs = PK_CAST(pk_aov_sums *, memory);
+  if (has_aovs) {
+    sums->aovs = PK_CAST(pk_aov_sums *, memory);
+    memory = sums->aovs + pixels;
+  }
+  if (has_display) sums->display = PK_CAST(pktrt_display_sums *, memory);
   sums->samples = render->samples;
+  sums->exposure = desc->display_exposure > 0 ? (double)desc->display_exposure : 1;
+  sums->tone = desc->display_tone;
   render->passes = sums;
 
   for (uint32_t y = 0; y < sums->h; y++)
@@ -24000,6 +24067,37 @@ PK_INLINE double pk_pass_spread(const pktrt_pixel_sums *sums, double n, double i
   return spread <= n * 4.5e-16 * sums->squares ? 0 : spread;
 }
 
+/* Returns the squared error of a channel as shown, from n passes: a jackknife over passes, which are told apart as the
+   brightest one and two kinds of others. examples/manual.md, "Errors of pictures", derives it. */
+static double pk_pass_shown_channel(const pk_pass_sums *sums, double sum, double squares, double most, double n) {
+  double to_screen = sums->exposure / (n - 1);
+
+  /* The others, whose mean is `rest`, are as many above it as below, by their standard deviation. */
+  double rest = (sum - most) / (n - 1);
+  double spread = squares - most * most - (n - 1) * rest * rest;
+  double deviation = spread <= n * 4.5e-16 * squares ? 0 : sqrt(spread / (n - 1));
+
+  /* What the picture would show without the brightest pass, and without one of the others. */
+  double shown = pk_screen_shown(sum / n * sums->exposure, sums->tone);
+  double without_most = pk_screen_shown((sum - most) * to_screen, sums->tone) - shown;
+  double without_high = pk_screen_shown((sum - rest - deviation) * to_screen, sums->tone) - shown;
+  double without_low = pk_screen_shown((sum - rest + deviation) * to_screen, sums->tone) - shown;
+
+  return (n - 1) / n * (without_most * without_most) +
+         (n - 1) * (n - 1) / (2 * n) * (without_high * without_high + without_low * without_low);
+}
+
+/* Returns the squared error of a pixel as shown, summed over channels, from two or more passes. */
+static double pk_pass_shown_error(const pk_pass_sums *sums, size_t pixel, double n) {
+  const pktrt_display_sums *display = &sums->display[pixel];
+  double error = 0;
+
+  for (int axis = 0; axis < 3; axis++)
+    error += pk_pass_shown_channel(
+        sums, sums->pixels[pixel].passes.mean[axis], display->squares[axis], display->most[axis], n);
+  return error;
+}
+
 /* Computes the cell's variance and whether it splits, and adds its errors and means to those of its block. Pixels
    whose error is not finite are left out. */
 static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t row, pk_pass_block *block) {
@@ -24007,11 +24105,12 @@ static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t
   pk_pass_cell *cell = &sums->cells[(size_t)row * sums->cell_columns + column];
   double n = cell->done, inverse_n = 1 / n;
   double to_error = n < 2 ? 0 : 1 / (n * (n - 1));
-  double spread = 0, squares = 0, mean[3] = {0, 0, 0}, excess = 0, splits = 0;
+  double spread = 0, squares = 0, shown = 0, shown_squares = 0, mean[3] = {0, 0, 0}, excess = 0, splits = 0;
 
   for (uint32_t y = top; y < top + PK_PASS_CELL && y < sums->h; y++)
     for (uint32_t x = left + ((column ^ y) & 1); x < left + PK_PASS_CELL && x < sums->w; x += 2) {
-      const pk_pixel_sums *pixel = &sums->pixels[(size_t)y * sums->w + x];
+      size_t index = (size_t)y * sums->w + x;
+      const pk_pixel_sums *pixel = &sums->pixels[index];
       double pixel_spread = pk_pass_spread(&pixel->passes, n, inverse_n);
 
       excess += (double)pixel->split_excess;
@@ -24023,6 +24122,11 @@ static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t
       spread += pixel_spread;
       squares += pixel_spread * pixel_spread;
       for (int axis = 0; axis < 3; axis++) mean[axis] += pixel->passes.mean[axis];
+      if (sums->display) {
+        double error = pk_pass_shown_error(sums, index, n);
+        shown += error;
+        shown_squares += error * error;
+      }
     }
 
   squares *= to_error * to_error;
@@ -24038,6 +24142,12 @@ static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t
   block->error[0] += spread * to_error;
   block->squares += squares;
   block->variance += squares * 2 * n / (n + 1); /* step 2 of "Errors of pictures" */
+  if (sums->display) {
+    cell->variance = shown * n;
+    block->shown[0] += shown;
+    block->shown[1] += shown_squares;
+    block->shown[2] += shown_squares * 2 * n / (n + 1);
+  }
   for (int axis = 0; axis < 3; axis++) block->mean[axis] += mean[axis] * inverse_n;
 }
 
@@ -24069,7 +24179,8 @@ static double pk_pass_write_interval(
 /* Writes the error of the whole picture, as far as known, to the report. */
 PK_COLD void pk_pass_estimate(const pk_render_state *render, pktrt_report *report) {
   pk_pass_sums *pass_sums = render->passes;
-  double sums[2][3] = {{0, 0, 0}, {0, 0, 0}}, mean[3] = {0, 0, 0}, known = 0; /* of V, V^2 and its variance */
+  double sums[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}; /* by measure: of V, V^2 and its variance */
+  double mean[3] = {0, 0, 0}, known = 0;
 
   report->unknown = 0;
   pk_parallel_for(&render->scene->desc, pass_sums->rows, pk_pass_sum_errors, pass_sums);
@@ -24096,6 +24207,7 @@ PK_COLD void pk_pass_estimate(const pk_render_state *render, pktrt_report *repor
       sums[measure][1] += block->squares * square;
       sums[measure][2] += block->variance * square;
     }
+    for (int sum = 0; sum < 3; sum++) sums[PKTRT_ERROR_DISPLAY][sum] += block->shown[sum];
   }
 
   report->rmse = known > 0 ? sqrt(sums[0][0] / (3 * known)) : INFINITY;
@@ -24105,6 +24217,20 @@ PK_COLD void pk_pass_estimate(const pk_render_state *render, pktrt_report *repor
   report->rmse_low = report->rmse / rmse_factor;
   report->rmse_high = report->rmse * rmse_factor;
   report->relative_mse_high = report->relative_mse * relative_factor * relative_factor;
+
+  if (!pass_sums->display) return;
+  double display_factor =
+      pk_pass_write_interval(report, PKTRT_ERROR_DISPLAY, sums[PKTRT_ERROR_DISPLAY], known, render->desc->adaptive);
+  report->display_error = known > 0 ? sqrt(sums[PKTRT_ERROR_DISPLAY][0] / (3 * known)) : INFINITY;
+  report->display_error_low = report->display_error / display_factor;
+  report->display_error_high = report->display_error * display_factor;
+}
+
+/* Returns the estimate of the measure that the description asks for, or the upper end of its interval. */
+static double pk_pass_error(const pktrt_report *report, pktrt_error_measure measure, bool upper) {
+  if (measure == PKTRT_ERROR_RELATIVE) return upper ? report->relative_mse_high : report->relative_mse;
+  if (measure == PKTRT_ERROR_DISPLAY) return upper ? report->display_error_high : report->display_error;
+  return upper ? report->rmse_high : report->rmse;
 }
 
 /* --- adaptive passes ---
@@ -24278,7 +24404,7 @@ static double pk_pass_next_round(const pk_pass_rounds *rounds) {
 /* Tells whether the estimate may end the render, not only the upper end of its interval. */
 static bool pk_pass_is_reliable(const pk_pass_rounds *rounds) {
   const pktrt_render_desc *desc = rounds->render->desc;
-  return desc->trust_estimates || !rounds->report.unreliable[desc->measure == PKTRT_ERROR_RELATIVE];
+  return desc->trust_estimates || !rounds->report.unreliable[desc->measure];
 }
 
 /* Plans how many passes each cell gets in the next round: all the same until errors are known. */
@@ -24403,14 +24529,13 @@ static void pk_pass_end_round(pk_pass_rounds *rounds) {
 static pktrt_stop pk_pass_stop_rule(const pk_pass_rounds *rounds) {
   const pktrt_render_desc *desc = rounds->render->desc;
   const pktrt_report *report = &rounds->report;
-  bool relative = desc->measure == PKTRT_ERROR_RELATIVE;
   double cell = PK_PASS_CELL * PK_PASS_CELL / ((double)desc->width * desc->height);
-  double error = relative ? report->relative_mse : report->rmse;
+  double error = pk_pass_error(report, desc->measure, false);
   double slack = 0.5;
 
   if (!pk_pass_is_reliable(rounds)) {
-    double cap = error * (relative ? PK_TARGET_DOUBT : sqrt(PK_TARGET_DOUBT));
-    error = relative ? report->relative_mse_high : report->rmse_high;
+    double cap = error * (desc->measure == PKTRT_ERROR_RELATIVE ? PK_TARGET_DOUBT : sqrt(PK_TARGET_DOUBT));
+    error = pk_pass_error(report, desc->measure, true);
     if (rounds->passes_done >= PK_TARGET_PASSES) error = pk_min(error, cap);
     if (rounds->passes_done < PK_RELIABLE_PASSES) error = INFINITY;
   }
@@ -24437,12 +24562,17 @@ static float pk_pass_share_done(const pk_pass_rounds *rounds, double next) {
     share = pk_max(share, report->seconds / desc->time_budget * (done + next) / done);
 
   if (done > 0 && desc->target_error > 0 && report->rmse < INFINITY) {
-    double target = (double)desc->target_error, ratio = target / report->rmse;
-    double share_now = desc->measure == PKTRT_ERROR_RELATIVE ? target / report->relative_mse : ratio * ratio;
+    double ratio = (double)desc->target_error / pk_pass_error(report, desc->measure, false);
+    double share_now = desc->measure == PKTRT_ERROR_RELATIVE ? ratio : ratio * ratio;
     share = pk_max(share, share_now * (done + next) / done);
   }
 
   return share < 1 ? (float)share : 1.0f;
+}
+
+/* Calls all estimates unreliable. */
+static void pk_pass_doubt(pktrt_report *report) {
+  for (int measure = 0; measure <= PKTRT_ERROR_DISPLAY; measure++) report->unreliable[measure] = true;
 }
 
 /* Runs rounds until a rule or a hook ends them, and writes the reason to the report. */
@@ -24467,7 +24597,7 @@ static void pk_pass_run(pk_pass_rounds *rounds) {
 
     pk_pass_end_round(rounds);
     if (rounds->estimated && render->passes) pk_pass_estimate(render, report);
-    if (progress->sky_exceeded) report->unreliable[0] = report->unreliable[1] = true;
+    if (progress->sky_exceeded) pk_pass_doubt(report);
     report->stop = pk_pass_stop_rule(rounds);
     if (progress->cancelled_at_end && !report->stop) {
       progress->cancelled = 1;
@@ -24491,9 +24621,13 @@ PK_COLD void pk_pass_write_errors(const pk_render_state *render) {
       if (sums) {
         double known = sums->blocks[block].pixels - sums->blocks[block].unknown;
         double n = pk_pass_cell_of(sums, x, y)->done;
-        if (n >= 2)
-          pixel_error = pk_to_float(sqrt(pk_pass_spread(&sums->pixels[at].passes, n, 1 / n) / (n * (n - 1)) / 3));
-        if (known > 0) block_error = pk_to_float(sqrt(sums->blocks[block].error[0] / (3 * known)));
+        double sum = sums->display ? sums->blocks[block].shown[0] : sums->blocks[block].error[0];
+        if (n >= 2) {
+          double error = pk_pass_spread(&sums->pixels[at].passes, n, 1 / n) / (n * (n - 1));
+          if (sums->display && error < INFINITY) error = pk_pass_shown_error(sums, at, n);
+          pixel_error = pk_to_float(sqrt(error / 3));
+        }
+        if (known > 0) block_error = pk_to_float(sqrt(sum / (3 * known)));
       }
 
       if (desc->pixel_error) desc->pixel_error[at] = pixel_error;
@@ -24842,7 +24976,8 @@ static pktrt_status pk_pass_start(
 
   memset(rounds, 0, sizeof *rounds);
   report->rmse = report->relative_mse = report->rmse_high = report->relative_mse_high = INFINITY;
-  report->unreliable[0] = report->unreliable[1] = true;
+  report->display_error = report->display_error_high = INFINITY;
+  pk_pass_doubt(report);
   rounds->render = render;
   rounds->progress.desc = render->desc;
   if (pk_pass_make(render, area, sums)) return PKTRT_OK;
@@ -24893,7 +25028,7 @@ static pktrt_status pk_pass_end(pktrt_scene *scene, pk_render_state *render, pk_
   if (render->passes && !desc->pass && (desc->report || has_errors)) pk_pass_estimate(render, report);
 
   if (progress->sky_exceeded) { /* samples of the table seldom meet such a source */
-    report->unreliable[0] = report->unreliable[1] = true;
+    pk_pass_doubt(report);
     pk_warn_of_source(render, "rays met more than 16 times the radiance that its table knows of:",
         1.5 * render->environment->apart); /* a disk of radius 0.71 has a point of a grid of ones */
   }
@@ -25009,6 +25144,10 @@ PK_NOINLINE void pk_do_add_pass(const double *means, size_t n, pktrt_pixel_sums 
   for (size_t i = 0; i < n; i++) pk_pass_add(means + 3 * i, &sums[i]);
 }
 
+PK_NOINLINE void pk_do_add_display_pass(const double *means, size_t n, pktrt_display_sums *sums) {
+  for (size_t i = 0; i < n; i++) pk_pass_add_display(means + 3 * i, &sums[i]);
+}
+
 /* Takes over the sums of `passes` passes of a whole picture, as if they had been rounds of this call. */
 static void pk_pass_take_sums(pk_pass_rounds *rounds, uint32_t passes, const pktrt_pixel_sums *given) {
   const pktrt_render_desc *desc = rounds->render->desc;
@@ -25020,6 +25159,7 @@ static void pk_pass_take_sums(pk_pass_rounds *rounds, uint32_t passes, const pkt
       float *pixel = desc->pixels + y * rounds->render->row_stride + (size_t)x * 3;
       for (int axis = 0; axis < 3; axis++) pixel[axis] = pk_to_float(given[i].mean[axis] / passes);
       if (sums) sums->pixels[i].passes = given[i]; /* of a single pass no error is known */
+      if (sums && sums->display) sums->display[i] = desc->display_sums[i];
     }
 
   for (uint64_t k = 0; sums && k < sums->cell_count; k++) sums->cells[k].more = passes;
@@ -25045,6 +25185,9 @@ PK_COLD pktrt_status pk_do_finish_passes(
   if (!sums || !passes || passes > render.most_passes)
     return pk_fail(scene, PKTRT_INVALID_ARGUMENT, "passes: %s, %u of 1 to %u passes", sums ? "sums" : "no sums",
         (unsigned)passes, (unsigned)render.most_passes);
+  if (pk_pass_has_display(desc) && !desc->display_sums)
+    return pk_fail(scene, PKTRT_INVALID_ARGUMENT,
+        "passes: PKTRT_ERROR_DISPLAY needs display_sums, made by pktrt_add_display_pass");
   if (pk_pass_start(scene, &render, &own, &rounds) != PKTRT_OK) return PKTRT_OUT_OF_MEMORY;
 
   pk_pass_take_sums(&rounds, passes, sums);
@@ -25139,7 +25282,7 @@ PK_NOINLINE void pk_do_get_scene_report(
     if (desc->passes > 1 || desc->target_error > 0 || desc->time_budget > 0 || (desc->pass && !desc->passes)) {
       uint32_t area[4] = {0, 0, desc->width, desc->height};
       pk_pass_sums sums;
-      pk_pass_set_sizes(area, desc->depth || desc->normal || desc->albedo, &sums);
+      pk_pass_set_sizes(area, desc->depth || desc->normal || desc->albedo, pk_pass_has_display(desc), &sums);
       report->passes = sums.bytes;
     }
   }
@@ -25388,6 +25531,7 @@ PK_CALL(pktrt_status, render_tile, (scene, desc, x, y, w, h), const pktrt_scene 
 PK_CALL(pktrt_status, render_pass, (scene, desc, pass, x, y, w, h, means), const pktrt_scene *scene,
     const pktrt_render_desc *desc, uint32_t pass, uint32_t x, uint32_t y, uint32_t w, uint32_t h, double *means);
 PK_VOID_CALL(add_pass, (means, n, sums), const double *means, size_t n, pktrt_pixel_sums *sums);
+PK_VOID_CALL(add_display_pass, (means, n, sums), const double *means, size_t n, pktrt_display_sums *sums);
 PK_CALL(pktrt_status, finish_passes, (scene, desc, passes, sums), pktrt_scene *scene, const pktrt_render_desc *desc,
     uint32_t passes, const pktrt_pixel_sums *sums);
 PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, const pktrt_render_desc *desc);
@@ -25417,6 +25561,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                   lead below a triangle start above it.
                 - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many: half
                   to a twentieth of the error of before in the same time.
+                - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
+                  effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).
 
    examples/manual.md has the history of all versions, and says what may change.

@@ -148,6 +148,8 @@ static bool settings_key(const mpi_options *m, uint64_t *key) {
           o->mode, o->tile, o->samples, o->passes, o->sampler, o->seed, o->branching, o->lights, o->glass_shadows,
           o->normals, o->phong, o->attenuation, o->aperture, o->focus, o->shutter, o->light_size, o->depth, o->frames,
           o->target_error, o->measure);
+  if (o->measure == PKTRT_ERROR_DISPLAY)
+    n += snprintf(text + n, sizeof text - (size_t)n, " %g %d", o->exposure, o->tone);
   for (int i = 0; i < 6; i++)
     n += snprintf(text + n, sizeof text - (size_t)n, " %d %a", o->has_camera, (double)o->camera[i]);
   n += snprintf(text + n, sizeof text - (size_t)n, " %d %llx", o->has_frame, (unsigned long long)sky);
@@ -351,6 +353,7 @@ typedef struct frame_state {
   uint32_t level, cursor, ranks, behind; /* pass and tile to be handed out next; tiles with fewer than `round` passes */
   tile_state *tiles;
   pktrt_pixel_sums *sums;
+  pktrt_display_sums *display; /* for PKTRT_ERROR_DISPLAY, or else NULL */
 } frame_state;
 
 typedef struct place { /* where a rank runs */
@@ -390,7 +393,8 @@ static double busy_seconds(void) {
 
 /* >>keep: tiles on disk -------------------------------------------------------------------------------------------- */
 
-/* A file is words of 64 bits: the head, four doubles for each pixel, and the hash of all of these. It gets its name
+/* A file is words of 64 bits: the head, four doubles for each pixel, or ten where errors are as shown, and the hash of
+   all of these. It gets its name
    when it is written, so a process that is killed leaves none half-written. It is not synced: after a power failure it
    may be damaged, which the hash tells. */
 enum { KEPT_MAGIC, KEPT_KEY, KEPT_FRAME, KEPT_TILE, KEPT_PASSES, KEPT_HEAD };
@@ -401,10 +405,12 @@ static bool kept_name(const desk *d, uint32_t frame, uint32_t tile, const char *
   return n > 0 && n < OUTPUT_PATH;
 }
 
+static size_t pixel_words(const options *o) { return o->measure == PKTRT_ERROR_DISPLAY ? 10 : 4; }
+
 static size_t kept_words(const options *o, uint32_t tile) {
   uint32_t area[4];
   tile_area(o, tile, area);
-  return KEPT_HEAD + (size_t)area[2] * area[3] * 4 + 1;
+  return KEPT_HEAD + (size_t)area[2] * area[3] * pixel_words(o) + 1;
 }
 
 /* Copies a tile's sums from or to the words of its file. */
@@ -412,10 +418,15 @@ static void kept_copy(const options *o, frame_state *f, uint32_t tile, uint64_t 
   uint32_t area[4];
   tile_area(o, tile, area);
   for (uint32_t y = 0; y < area[3]; y++) {
-    pktrt_pixel_sums *sums = &f->sums[(size_t)(area[1] + y) * o->width + area[0]];
-    uint64_t *row = words + KEPT_HEAD + (size_t)y * area[2] * 4;
+    const size_t at = (size_t)(area[1] + y) * o->width + area[0];
+    pktrt_pixel_sums *sums = &f->sums[at];
+    uint64_t *row = words + KEPT_HEAD + (size_t)y * area[2] * pixel_words(o);
     if (from) memcpy(sums, row, area[2] * sizeof *sums);
     else memcpy(row, sums, area[2] * sizeof *sums);
+    if (!f->display) continue;
+    row += 4 * (size_t)area[2];
+    if (from) memcpy(&f->display[at], row, area[2] * sizeof *f->display);
+    else memcpy(row, &f->display[at], area[2] * sizeof *f->display);
   }
 }
 
@@ -494,6 +505,7 @@ static void close_frame(desk *d, frame_state *f) {
     for (int k = 0; k < WINDOW; k++) free(f->tiles[i].early[k]);
   free(f->tiles);
   free(f->sums);
+  free(f->display);
   memset(f, 0, sizeof *f);
   f->frame = NOWHERE;
 }
@@ -531,6 +543,7 @@ static bool end_round(desk *d, frame_state *f) {
   job *j = &d->shown;
   const uint32_t tiles = tile_count(&d->given->of);
   const double start = busy_seconds();
+  j->view.display_sums = f->display;
   if (pktrt_finish_passes(d->empty, &j->view, f->round, f->sums) != PKTRT_OK)
     return ex_fail("%s", pktrt_last_error(d->empty));
   d->judging += busy_seconds() - start;
@@ -561,7 +574,10 @@ static bool open_frame(desk *d, frame_state *f) {
   for (int i = 0; i < d->count; i++) f->ranks += d->ranks[i].frame == f->frame;
   f->tiles = (tile_state *)calloc(tiles, sizeof *f->tiles);
   f->sums = (pktrt_pixel_sums *)calloc((size_t)o->width * o->height, sizeof *f->sums);
-  if (!f->tiles || !f->sums) return ex_fail("not enough memory for the sums of %u x %u pixels", o->width, o->height);
+  const bool shown = o->measure == PKTRT_ERROR_DISPLAY;
+  if (shown) f->display = (pktrt_display_sums *)calloc((size_t)o->width * o->height, sizeof *f->display);
+  if (!f->tiles || !f->sums || (shown && !f->display))
+    return ex_fail("not enough memory for the sums of %u x %u pixels", o->width, o->height);
   f->round = o->target_error > 0 ? 1 : o->passes;
   for (uint32_t i = 0; i < tiles; i++) {
     if (d->given->resume && d->folder[0]) take_up_tile(d, f, i);
@@ -636,8 +652,11 @@ static bool feed_all(desk *d) {
 static void add_to_sums(const options *o, frame_state *f, uint32_t tile, const double *means) {
   uint32_t area[4];
   tile_area(o, tile, area);
-  for (uint32_t y = 0; y < area[3]; y++)
-    pktrt_add_pass(means + (size_t)y * area[2] * 3, area[2], &f->sums[(size_t)(area[1] + y) * o->width + area[0]]);
+  for (uint32_t y = 0; y < area[3]; y++) {
+    const size_t at = (size_t)(area[1] + y) * o->width + area[0];
+    pktrt_add_pass(means + (size_t)y * area[2] * 3, area[2], &f->sums[at]);
+    if (f->display) pktrt_add_display_pass(means + (size_t)y * area[2] * 3, area[2], &f->display[at]);
+  }
 }
 
 /* Adds a unit to its tile's sums, or lays it aside until the passes before it are there. */
@@ -828,7 +847,7 @@ static bool open_desk(void *user) {
   pktrt_scene_desc desc;
   d->given = &r->given, d->key = r->key, d->count = r->count, d->next = r->given.first;
   if (r->rank) return true;
-  const double frames = (double)(int)OPEN_BYTES / ((double)pixels * sizeof(pktrt_pixel_sums));
+  const double frames = (double)(int)OPEN_BYTES / ((double)pixels * (double)pixel_words(&r->given.of) * sizeof(double));
   d->open = (frame_state *)calloc((size_t)r->count, sizeof *d->open);
   d->frames_open = !d->open ? 0 : frames < 1 ? 1 : frames < r->count ? (int)frames : r->count;
   for (int i = 0; i < d->frames_open; i++) d->open[i].frame = NOWHERE;

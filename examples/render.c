@@ -56,7 +56,7 @@ static const char *const shadow_names[] = {"per-light", "together", NULL};
 static const char *const phong_names[] = {"careful", "naive", NULL};
 static const char *const tone_names[] = {"clamp", "curve", NULL};
 static const char *const up_names[] = {"y", "z", NULL};
-static const char *const measure_names[] = {"rmse", "relative", NULL};
+static const char *const measure_names[] = {"rmse", "relative", "display", NULL};
 
 static void print_help_picture(void) {
   printf("\nthe picture:\n"
@@ -103,14 +103,18 @@ static void print_help_error(void) {
       "\nhow wrong it may be by chance:\n"
       "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
       "  --target-error E stop when the estimate is not above E; one that is unreliable does not count\n"
-      "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
+      "  --measure WHAT   what E means and --adaptive lowers; display: RMSE of the .png's channels, from 0 to 1, as\n"
+      "                   --exposure and --tone show them (default for a .png, unless its exposure is by the "
+      "picture);\n"
+      "                   rmse: of a channel, in units of radiance (default otherwise);\n"
       "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
       "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
       "                   (one is always made, adaptively two)\n"
       "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then. Without "
       "rules,\n"
       "                   --spp is a mean, made in 4 passes\n"
-      "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
+      "  --error-map FILE the error of each pixel; .pfm: in units of radiance, or of white where the measure is\n"
+      "                   display; .png: as a part of white then, or else of the pixel's\n"
       "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
       "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
       "  --filter         take noise out of the picture: pixels that passes cannot tell apart share their means. The\n"
@@ -338,12 +342,22 @@ static bool split_samples(options *o) {
   return true;
 }
 
+/* What errors are measured by unless the options say so: as the file shows them, if it has 8 bits and its exposure is
+   known before the picture. */
+static int default_measure(const options *o, bool wanted) {
+  const bool known = o->exposure > 0 || (o->exposure < 0 && !o->mesh);
+  const bool eight_bits = o->output && !ex_has_suffix(o->output, ".pfm");
+  return wanted && known && eight_bits && o->heat < 0 && !o->filter ? PKTRT_ERROR_DISPLAY : PKTRT_ERROR_RMSE;
+}
+
 /* One unsplit set of samples, or passes: by the options, or as two halves if nothing but their error is wanted. */
 static bool complete_passes(options *o) {
   const bool rules = o->passes > 0 || o->target_error > 0 || o->time > 0;
   if (o->measure >= 0 && !o->adaptive && !(o->target_error > 0))
     return ex_fail("--measure: says how --target-error or --adaptive measure, and there is neither");
-  if (o->measure < 0) o->measure = PKTRT_ERROR_RMSE;
+  if (o->measure == PKTRT_ERROR_DISPLAY && o->exposure == 0)
+    return ex_fail("--measure display: --exposure auto is known after the picture only; give a number");
+  if (o->measure < 0) o->measure = default_measure(o, o->adaptive || o->target_error > 0);
   if (o->samples == 0) o->samples = rules ? PASS_SAMPLES : o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : WHITTED_SAMPLES;
   if ((uint64_t)o->passes * o->samples > UINT32_MAX)
     return ex_fail("--passes, --spp: %u passes of %u samples are too many, 2^32 or more", o->passes, o->samples);
@@ -703,8 +717,14 @@ static double squared_mean(const job *j, size_t x, size_t y, size_t w, size_t h)
   return known > 0 ? (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / (known * known) : 0;
 }
 
-/* Relative as in the relative MSE, see pktrt_error_measure: block by block. pixel_error has sqrt(V / 3). */
+/* Relative as in the relative MSE, see pktrt_error_measure: block by block. pixel_error has sqrt(V / 3). Errors as
+   shown are parts of white. */
 static void colour_errors(const job *j, float *colours) {
+  const size_t all = (size_t)j->given.width * j->given.height;
+  for (size_t i = 0; j->view.measure == PKTRT_ERROR_DISPLAY && i < all; i++)
+    error_colour((double)j->error[i], colours + 3 * i);
+  if (j->view.measure == PKTRT_ERROR_DISPLAY) return;
+
   const size_t width = j->given.width, height = j->given.height, edge = PKTRT_ERROR_BLOCK;
   const double least = squared_mean(j, 0, 0, width, height) / 100;
   for (size_t y = 0; y < height; y += edge)
@@ -751,7 +771,7 @@ static bool write_pictures(job *j) {
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
   if (o->error_map && !write_error_map(j)) return false;
   if (o->exposure > 0) j->exposure = o->exposure;
-  else if (o->exposure < 0 && !j->own_light) j->exposure = 1;
+  else if (o->exposure < 0 && (!j->own_light || j->view.measure == PKTRT_ERROR_DISPLAY)) j->exposure = 1;
   else j->exposure = mesh_view_exposure(&j->view, j->view.pixels);
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)j->exposure;
   ex_tone = j->cost ? PKTRT_TONE_CLAMP : (pktrt_tone)o->tone;
@@ -801,6 +821,8 @@ static void describe(job *j) {
   view->passes = o->passes;
   view->target_error = (float)o->target_error;
   view->measure = (pktrt_error_measure)o->measure;
+  view->display_exposure = o->exposure > 0 ? (float)o->exposure : 0;
+  view->display_tone = (pktrt_tone)o->tone;
   view->time_budget = o->time;
   view->adaptive = o->adaptive;
   view->report = &j->report;
@@ -957,6 +979,10 @@ static void print_error(const job *j) {
       r->rmse * sqrt(seconds));
   printf("         RMSE %.4g to %.4g (95%%), carried by %.0f pixels%s\n", r->rmse_low, r->rmse_high,
       r->effective_pixels[0], r->unreliable[0] ? ": unreliable" : "");
+  if (j->view.measure == PKTRT_ERROR_DISPLAY)
+    printf("         as shown %.4g of white, %.4g to %.4g (95%%), carried by %.0f pixels%s\n", r->display_error,
+        r->display_error_low, r->display_error_high, r->effective_pixels[PKTRT_ERROR_DISPLAY],
+        r->unreliable[PKTRT_ERROR_DISPLAY] ? ": unreliable" : "");
   if (r->unreliable[1])
     printf("         the relative MSE is unreliable, carried by %.0f pixels\n", r->effective_pixels[1]);
   if (r->unknown > 0) printf("         %llu pixels are not finite and left out\n", (unsigned long long)r->unknown);

@@ -71,7 +71,8 @@ static void print_help(void) {
   printf("  --size WxH       of the window, in pixels (default 640x480)\n"
          "  --spp N          samples per pixel and pass, 1 to 64 (default 2)\n"
          "  --passes N       at most, 1 to 65536 (default 128)\n"
-         "  --target-error E passes also end when the estimated error (RMSE) is not above this\n"
+         "  --target-error E passes also end when the estimated error of what is shown is not above this: RMSE, of\n"
+         "                   channels from 0 to 1\n"
          "  --adaptive       passes go where the error is\n");
   print_words("  --sampler NAME   where the samples lie:", sampler_words());
   print_words("  --path PATH      how packets are traced:", path_words);
@@ -310,7 +311,8 @@ static const char *const heat_titles[] = {": boxes", ": triangles", ": vectors"}
 static void show_title(viewer *v) {
   const settings *s = &v->now;
   char text[256], error[32] = "-";
-  if (v->refining && v->report.rmse < INFINITY) snprintf(error, sizeof error, "%.5f", v->report.rmse);
+  const double estimate = v->report.display_error < INFINITY ? v->report.display_error : v->report.rmse;
+  if (v->refining && estimate < INFINITY) snprintf(error, sizeof error, "%.5f", estimate);
   snprintf(text, sizeof text,
       "%s %s%s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
       "time %.2f",
@@ -634,6 +636,8 @@ static bool refine(viewer *v) {
   d.passes = v->given.passes;
   d.adaptive = v->now.adaptive && v->given.passes > 1; /* the pilot is two passes */
   d.target_error = (float)v->given.target_error;
+  if (d.adaptive || d.target_error > 0) d.measure = PKTRT_ERROR_DISPLAY;
+  d.display_exposure = (float)v->exposure; /* 0 where it is not known yet: 1 */
   d.progress = go_on;
   d.pass = show_pass;
   d.user = v;

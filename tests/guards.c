@@ -472,10 +472,13 @@ static void tile_and_pass_arrays(void) {
     view.passes = 2;
     guarded sums = guarded_array(PIXELS, sizeof(pktrt_pixel_sums));
     memset(sums.array, 0, sums.size);
+    guarded display = guarded_array(PIXELS, sizeof(pktrt_display_sums));
+    memset(display.array, 0, display.size);
     for (uint32_t pass = 0; pass < 2; pass++) {
       CHECK(pktrt_render_pass(s, &view, pass, 0, 0, WIDTH, HEIGHT, means) == PKTRT_OK);
       input in = input_of(means, sizeof means);
       pktrt_add_pass(in.array, PIXELS, sums.array);
+      pktrt_add_display_pass(in.array, PIXELS, display.array);
       input_free(&in);
     }
     plate p;
@@ -493,6 +496,7 @@ static void tile_and_pass_arrays(void) {
       CHECK(same_bits(view.pixels + y * view.row_stride, tight + 3 * WIDTH * y, 12 * WIDTH), "row %zu", y);
     check_guards(&apart, "pktrt_finish_passes", 0);
     check_filled(&sums, sizeof(pktrt_pixel_sums), "pktrt_add_pass", PIXELS);
+    check_guards(&display, "pktrt_add_display_pass", PIXELS);
     check_filled(&p.pixels, 4, "pktrt_finish_passes", PIXELS);
     check_filled(&p.pixel_error, 4, "pktrt_finish_passes", PIXELS);
     check_filled(&p.block_error, 4, "pktrt_finish_passes", PIXELS);

@@ -268,6 +268,7 @@ static void run_all(void) {
   suite_assembly();
   suite_pictures();
   suite_passes();
+  suite_display();
   suite_mistakes();
   suite_report();
   suite_instances();

@@ -80,6 +80,11 @@ done
 check "which is a matter of the target, not of the passes" grep -q 'stopped: the target is reached' one.txt
 check "the control: another target takes other passes" fails same 4 --target-error 0.3 --passes 60
 check "and other errors" fails same_rules
+rule=(--target-error 0.02 --passes 60)
+one "${rule[@]}" --measure display -o one.pfm
+check "errors as shown stop 4 ranks where they stop one process" same 4 "${rule[@]}" --measure display
+check "and are said alike" same_rules
+check "the control: the RMSE stops them elsewhere" fails same 4 "${rule[@]}"
 kept() { # folder, number of ranks, word for a control
   PKTRT_MPI_TEST="keep $3" mpi "$2" --passes 6 --resume "$1"
 }

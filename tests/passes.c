@@ -1111,7 +1111,7 @@ static void refused_rules(void) {
       at = end ? end + 1 : NULL;
     }
   }
-  for (int value = -1; value <= 2; value += 3) {
+  for (int value = -1; value <= 3; value += 4) {
     d = film_view(&f), d.measure = (pktrt_error_measure)value, d.passes = 2;
     CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "pktrt_error_measure"), "%d",
         value);

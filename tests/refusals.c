@@ -506,7 +506,8 @@ static void refuse_words(void) {
       {offsetof(pktrt_render_desc, lights), PKTRT_LIGHTS_ONE + 1, "pktrt_light_choice"},
       {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
       {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},
-      {offsetof(pktrt_render_desc, measure), 2, "pktrt_error_measure"},
+      {offsetof(pktrt_render_desc, measure), 3, "pktrt_error_measure"},
+      {offsetof(pktrt_render_desc, display_tone), 2, "pktrt_tone"},
       {offsetof(pktrt_render_desc, cost_of), 3, "pktrt_cost"},
   };
   pktrt_scene *s = some_scene();

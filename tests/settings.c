@@ -486,6 +486,7 @@ static void make_pictures(pktrt_scene *s) {
   unsigned char codes[3 * WIDTH * HEIGHT];
   double means[3 * WIDTH * HEIGHT];
   pktrt_pixel_sums sums[WIDTH * HEIGHT];
+  static pktrt_display_sums display[WIDTH * HEIGHT];
   pktrt_report report;
   pktrt_render_desc d;
   memset(&d, 0, sizeof d), memset(sums, 0, sizeof sums), memset(&report, 0, sizeof report);
@@ -518,6 +519,8 @@ static void make_pictures(pktrt_scene *s) {
     KEEP(pktrt_render_pass, means);
     CALL(pktrt_add_pass, pktrt_add_pass(means, WIDTH * HEIGHT, sums));
     KEEP(pktrt_add_pass, sums);
+    CALL(pktrt_add_display_pass, pktrt_add_display_pass(means, WIDTH * HEIGHT, display));
+    KEEP(pktrt_add_display_pass, display);
   }
   CALL(pktrt_finish_passes, status = pktrt_finish_passes(s, &d, 2, sums));
   CHECK(status == PKTRT_OK, "%s", pktrt_last_error(s));

@@ -130,12 +130,12 @@ void suite_edges(void);
 void suite_identity(void), suite_truth(void), suite_watertight(void), suite_render(void), suite_refusals(void),
     suite_scene(void), suite_memory(void), suite_tree(void), suite_spawn(void), suite_arithmetic(void),
     suite_sampler(void), suite_shading(void), suite_lights(void), suite_assembly(void), suite_pictures(void),
-    suite_passes(void), suite_report(void), suite_media(void), suite_mistakes(void), suite_events(void),
-    suite_teaching(void), suite_counts(void), suite_instances(void), suite_groups(void), suite_surfaces(void),
-    suite_slack(void), suite_splits(void), suite_work(void), suite_examples(void), suite_filter(void),
-    suite_stability(void), suite_guards(void), suite_pairs(void), suite_settings(void), suite_mirrored(void),
-    suite_flush(void), suite_extremes(void), suite_variance(void), suite_changes(void), suite_cover(void),
-    suite_everyday(void), suite_cameras(void), suite_bent(void), suite_rigid(void), suite_pool(void),
+    suite_passes(void), suite_display(void), suite_report(void), suite_media(void), suite_mistakes(void),
+    suite_events(void), suite_teaching(void), suite_counts(void), suite_instances(void), suite_groups(void),
+    suite_surfaces(void), suite_slack(void), suite_splits(void), suite_work(void), suite_examples(void),
+    suite_filter(void), suite_stability(void), suite_guards(void), suite_pairs(void), suite_settings(void),
+    suite_mirrored(void), suite_flush(void), suite_extremes(void), suite_variance(void), suite_changes(void),
+    suite_cover(void), suite_everyday(void), suite_cameras(void), suite_bent(void), suite_rigid(void), suite_pool(void),
     suite_closest(void), suite_thin(void), suite_manual(void);
 
 #endif

@@ -11,6 +11,7 @@
 #include "bounds.h"
 #include "cost.h"
 #include "curves.h"
+#include "display.h"
 #include "error.h"
 #include "estimates.h"
 #include "filter.h"
@@ -43,6 +44,11 @@ static const claim claims[] = {
     {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1, 0},
     {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1, 0},
     {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0, 1.05},
+    {"runs whose estimate as shown is within 25% of the truth, of those not called unreliable", 0.95, false,
+        check_shown, NULL, 0, 0},
+    {"time of adaptive passes over one set for equal error as shown, mean of the DRT scenes", 0.8, true,
+        check_shown_time, NULL, 0, 0},
+    {"the same for errors as shown, the largest", 1.0, true, check_shown_time, NULL, 1, 1.15},
     {"flicker of still pixels with static sets, pool hall", 0, true, check_flicker, "poolhall", 0, 0},
     {"flicker of still pixels with static sets, conference", 0, true, check_flicker, "conference", 0, 0},
     {"flicker of still pixels with static sets, rtrt", 0, true, check_flicker, "rtrt", 0, 0},
@@ -68,6 +74,7 @@ static const struct part {
     {"bars", "how far reports can be believed from two passes on", part_bars},
     {"targets", "true error where a render has stopped at a target", part_targets},
     {"adaptive", "time of adaptive passes for equal error", part_adaptive},
+    {"display", "the error as a screen shows it: estimates, and time of adaptive passes", part_display},
     {"flicker", "static sets against fresh ones in an animation", part_flicker},
     {"blue", "what is left of the error after a small blur, by sampler", part_blue},
     {"bias", "what ray-tree attenuation takes from pictures, and the time it saves", part_bias},

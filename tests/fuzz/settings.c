@@ -193,7 +193,7 @@ static int good_camera(const pktrt_camera *c) {
 static bool good_rules(const setting *x) {
   const pktrt_render_desc *d = &x->d;
   const bool target = d->target_error > 0, time = d->time_budget > 0;
-  if (!(d->target_error >= 0 && d->time_budget >= 0) || !word((int)d->measure, 2)) return false;
+  if (!(d->target_error >= 0 && d->time_budget >= 0) || !word((int)d->measure, 3)) return false;
   if (d->passes > 65536 || (uint64_t)d->passes * d->samples > UINT32_MAX) return false;
   if (d->passes == 1 && (target || d->adaptive)) return false;
   return !d->adaptive || d->passes || target || time || x->hook;

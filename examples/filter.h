@@ -227,15 +227,15 @@ typedef struct filter__room {
   float *share[2], *distance[2], *rows[2];      /* of one offset */
   float *sum[2][FILTER_SUMS], *filtered[2][3];  /* of each half's weights with the other half's colours */
   float *shown_gain, *shown_change, *shown_risk; /* see filter__judge */
-  float *gain, *change;
+  float *gain, *change, *risk;
 } filter__room;
 
 /* Gives all planes their places in one block of memory. */
 static bool filter__open(filter__room *room) {
-  enum { EACH = 3 + 1 + FILTER_FEATURES + 3 + FILTER_SUMS + 3, PLANES = 2 * EACH + 8 };
+  enum { EACH = 3 + 1 + FILTER_FEATURES + 3 + FILTER_SUMS + 3, PLANES = 2 * EACH + 9 };
   const size_t n = (size_t)room->width * (size_t)room->height;
   float **const last[] = {&room->variance, &room->pooled, &room->inside, &room->shown_gain, &room->shown_change,
-      &room->shown_risk, &room->gain, &room->change};
+      &room->shown_risk, &room->gain, &room->change, &room->risk};
   float *next = (float *)calloc(n * PLANES, sizeof(float));
   room->planes = next;
   if (!next) return false;
@@ -465,7 +465,7 @@ static float filter__visible(const filter__room *room, int32_t p) {
    times, for that is where a screen shows noise and means at once. */
 static void filter__judge(filter__room *room, int32_t p) {
   const float variance = 0.5f * room->variance[p], visible = variance * filter__visible(room, p);
-  float left = 0, apart = 0, change = 0; /* left: the squared error of one filtered half */
+  float left = 0, apart = 0, change = 0, bright = 1e-20f; /* left: the squared error of one filtered half */
   float shown_left = 0, shown_apart = 0, shown_change = 0;
   bool white = false;
 
@@ -488,40 +488,62 @@ static void filter__judge(filter__room *room, int32_t p) {
     const float shown_moved = filter__shown(filtered) - filter__shown(mean);
     apart += (one - two) * (one - two);
     change += (filtered - mean) * (filtered - mean);
+    bright += mean * mean;
     shown_apart += shown_d * shown_d;
     shown_change += shown_moved * shown_moved;
     white = white || filtered > 1 || mean > 1;
   }
 
   const float shown_gain = (shown_change + visible - (shown_left - 0.25f * shown_apart)) * room->inside[p];
-  room->gain[p] = change + variance - (left - 0.25f * apart);
-  room->change[p] = change;
+  const float known = 1 - 4 * variance / bright;
+  room->gain[p] = (change + variance - (left - 0.25f * apart)) * room->inside[p];
+  room->change[p] = change * room->inside[p];
+  room->risk[p] = known > 0 ? known * room->gain[p] * room->gain[p] : 0;
   room->shown_gain[p] = shown_gain;
   room->shown_change[p] = shown_change * room->inside[p];
   room->shown_risk[p] = shown_gain * shown_gain * (white ? 4 : 1);
 }
 
-/* Goes from the picture to the filtered one by the part that has the least error on a screen around p. All of that part
-   if the gain is three times its standard error, nothing if it is once. */
+/* Returns the part of the way to the filtered picture that has the least error around a pixel: 1 if the gain is `most`
+   times its standard error, 0 if it is `least` times that. */
+static float filter__part(float gain, float change, float risk, float least, float most) {
+  const float part = gain > 0 && change > 0 ? gain / (2 * change) : 0;
+  const float sure = (gain / (sqrtf(risk) + 1e-20f) - least) / (most - least);
+  return (part < 1 ? part : 1) * (sure < 1 ? sure > 0 ? sure : 0 : 1);
+}
+
+/* Goes from the picture to the filtered one by the part that has the least error around p: that on a screen below white,
+   that of the colours as they are above. */
 static void filter__choose(const filter__room *room, int32_t p, float *out, float *error) {
   float gain = 0, change = 0, risk = 0;
+  float shown_gain = 0, shown_change = 0, shown_risk = 0;
   for (int32_t dy = -FILTER_MIX; dy <= FILTER_MIX; dy++)
     for (int32_t dx = -FILTER_MIX; dx <= FILTER_MIX; dx++) {
       const int32_t q = p + dy * room->width + dx;
-      gain += room->shown_gain[q];
-      change += room->shown_change[q];
-      risk += room->shown_risk[q];
+      gain += room->gain[q];
+      change += room->change[q];
+      risk += room->risk[q];
+      shown_gain += room->shown_gain[q];
+      shown_change += room->shown_change[q];
+      shown_risk += room->shown_risk[q];
     }
 
-  const float chance = sqrtf(risk), sure = 0.5f * gain / (chance + 1e-20f) - 0.5f; /* 0 to 1 */
-  float part = room->pooled[p] > 0 && gain > 0 && change > 0 ? gain / (2 * change) : 0;
-  part = (part < 1 ? part : 1) * (sure < 1 ? sure > 0 ? sure : 0 : 1);
+  const bool noisy = room->pooled[p] > 0;
+  const float whole = noisy ? filter__part(gain, change, risk, 1, 3) : 0;
+  const float screen = noisy ? filter__part(shown_gain, shown_change, shown_risk, 1, 3) : 0;
+  float along = 0, moved = 0; /* the change, times that to the filtered picture, and squared */
   for (int c = 0; c < 3; c++) {
     const float mean = 0.5f * (room->colour[0][c][p] + room->colour[1][c][p]);
     const float filtered = 0.5f * (room->filtered[0][c][p] + room->filtered[1][c][p]);
-    out[c] = part > 0 ? mean + part * (filtered - mean) : mean;
+    const float dim = mean < 1 ? mean : 1, dim_filtered = filtered < 1 ? filtered : 1;
+    const float below = screen > 0 ? dim + screen * (dim_filtered - dim) : dim;
+    const float above = whole > 0 ? mean + whole * (filtered - mean) : mean;
+    out[c] = below < 1 ? below : above > 1 ? above : mean < 1 || mean > 1 ? 1 : mean;
+    along += (out[c] - mean) * (filtered - mean);
+    moved += (out[c] - mean) * (out[c] - mean);
   }
-  if (error) *error = 0.5f * room->variance[p] - part * room->gain[p] + part * part * room->change[p];
+  if (error) *error = 0.5f * room->variance[p] + moved;
+  if (error && room->change[p] > 0) *error -= room->gain[p] * along / room->change[p];
 }
 
 FILTER_API bool filter_rectangle(

@@ -2,34 +2,43 @@
 
      filter_halves h;                                  in the hook `pass` of pktrt_render_desc, after each round:
      filter_begin(&h, width, height)                     filter_add_pass(&h, desc->pixels)
+                                                         filter_add_features(&h, desc->depth, desc->normal, desc->albedo)
      ... pktrt_render, with an even number of passes ...
      filter_finish(&h, &picture);                      means of both halves of the passes, and variances
      picture.depth = ..., .normal = ..., .albedo = ... buffers of pktrt_render_desc
      filter_rectangle(&picture, 0, 0, width, height, out, error);    or filter_tile by a parallel_for
      filter_end(&h);
 
-   A pixel becomes a mean over those around it that can share its mean, after Sakai et al. 2024, "A statistical approach
-   to Monte Carlo denoising": squared differences of two means over the sum of their variances, as in Welch's t-test,
-   averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are range weights beside it. (Colours
-   are not divided by albedos: where gloss adds to a small albedo that made glints of other pixels.)
+   A pixel takes its value on a plane that is fitted to the pixels around it that can share its mean, after Sakai et al.
+   2024, "A statistical approach to Monte Carlo denoising": squared differences of two means over the sum of their
+   variances, as in Welch's t-test, averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are
+   range weights beside it. (Colours are not divided by albedos: where gloss adds to a small albedo that made glints of
+   other pixels.)
 
-   Passes go to two halves by turns. Each half's means weigh the other half's, so a bright sample by chance is neither kept
-   nor cast out for being bright, but spread. Variances are those of all passes: a half whose passes all miss a rare light
-   takes its mean for certain and finds no pixel like it, and what the other half meets would stay. And so the error
-   can be estimated. With weights that sum to 1, that of the pixel itself being w, |F - x|^2 - V (1 - 2 w) has the mean
-   |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the mean of
-   two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 11 x 11 pixels this tells what part
-   of the way from the picture to the filtered one has the least error: that part is gone. Where filtering does harm, it
-   is 0. So it is where the gain is below twice its own standard error, and it is less up to six times; pixels that are not
-   known well enough to lose something do not count for that. WHY: with many samples a few pixels have most of the error,
-   and the best part for them is told by chance.
+   Fireflies: a pixel over eight times as bright in one half as in the other, and as every pixel around, becomes as bright
+   as the brightest of these (see filter__calm). That light is lost.
+
+   Passes go to two halves by turns. Each half's means and features weigh the other half's colours, so a bright sample by
+   chance is neither kept nor cast out for being bright. Variances are those of all passes: a half whose passes all miss a
+   rare light takes its mean for certain and finds no pixel like it, and the light that the other half meets would stay.
+
+   Hence the error can be estimated. With weights that sum to 1, that of the pixel itself being w, |F - x|^2 - V (1 - 2 w)
+   has the mean |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the
+   mean of two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 13 x 13 pixels this tells
+   which part of the way from the picture to the filtered one has the least error: the picture goes that part. Where
+   filtering does harm, the part is 0. It is 0 as well where the gain is below its own standard error, and smaller up to
+   three times that.
+
+   All of this is done twice: for colours as a screen shows them, cut off at white (1), and as they are. The first decides
+   below white, the second above. WHY: one glint of a hundred times white in an edge of a mirror is more squared error
+   than all pixels around. To spread it over them lowers the error of the colours, and ruins what a screen shows.
 
    Convergence: as passes grow, variances shrink as one over their number, and the test tells apart any two pixels whose
-   true means differ. What then still is averaged has the same mean.
+   true means differ. Then the pixels that still share a mean have the same.
    Bias: at a given number of passes true differences below the noise are blurred, by less than about three standard errors
    of a difference of two pixels, within 10 pixels. The estimated error contains it. Sums are not kept: pictures get darker
-   where bright samples are rare, the pool hall by 4% at 8 samples and 0.6% at 64. The estimate misses part of that, for
-   variances know nothing of lights that no sample has met.
+   where bright samples are rare. The estimate misses part of that, for variances know nothing of lights that no sample has
+   met; filter_unreliable tells where few pixels carry it.
 
    Same bits for any division into rectangles: arithmetic is that of floats, sums have a fixed order, and the only
    function is the square root. Pixels that are not finite stay as they are. */
@@ -68,6 +77,10 @@ enum { FILTER_FEATURES = 7 }; /* depth, normal, albedo */
 FILTER_API bool filter_rectangle(
     const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out, float *error);
 
+/* Whether the sum of these estimates, of the whole picture, is not to be believed: fewer than six pixels carry the
+   variance, or fewer than two the estimate. */
+FILTER_API bool filter_unreliable(const filter_picture *from, const float *error);
+
 /* The picture in tiles, each by a call of filter_tile, from any thread. */
 enum { FILTER_TILE = 128 };
 typedef struct filter_job {
@@ -83,8 +96,8 @@ typedef struct filter_halves { /* gathers passes */
   double *total;               /* of all passes so far */
   double *mean[2], *spread[2]; /* of each half: means, and sums of squared differences from them over channels */
   float *half[2], *variance;
-  uint32_t described;          /* passes whose features are known, too */
-  double *features[2];         /* sums of the features of each half, FILTER_FEATURES a pixel */
+  uint32_t described;  /* passes whose features are known, too */
+  double *features[2]; /* sums of the features of each half, FILTER_FEATURES a pixel */
   float *half_features[2];
 } filter_halves;
 
@@ -203,13 +216,13 @@ enum { FILTER_BORDER = FILTER_REACH + FILTER_PATCH + FILTER_POOL + FILTER_MIX + 
 
 /* Sums of one half's weights over the pixels of the other half, one plane each. Offsets u, v are in units of the reach. */
 enum {
-  FILTER_W,  /* weights */
-  FILTER_U,  /* weights times u, and so on */
+  FILTER_W, /* weights */
+  FILTER_U, /* weights times u, and so on */
   FILTER_V,
   FILTER_UU,
   FILTER_UV,
   FILTER_VV,
-  FILTER_C,               /* weights times colours: three planes */
+  FILTER_C,                 /* weights times colours: three planes */
   FILTER_CU = FILTER_C + 3, /* weights times u times colours */
   FILTER_CV = FILTER_CU + 3,
   FILTER_SUMS = FILTER_CV + 3
@@ -223,9 +236,9 @@ typedef struct filter__room {
   float *colour[2][3];         /* of the halves */
   float *bright[2];            /* of the halves: sums over channels, before fireflies are taken out */
   float *feature[2][FILTER_FEATURES];
-  float *variance, *pooled, *inside;            /* pooled: with the variances around */
-  float *share[2], *distance[2], *rows[2];      /* of one offset */
-  float *sum[2][FILTER_SUMS], *filtered[2][3];  /* of each half's weights with the other half's colours */
+  float *variance, *pooled, *inside;             /* pooled: with the variances around */
+  float *share[2], *distance[2], *rows[2];       /* of one offset */
+  float *sum[2][FILTER_SUMS], *filtered[2][3];   /* of each half's weights with the other half's colours */
   float *shown_gain, *shown_change, *shown_risk; /* see filter__judge */
   float *gain, *change, *risk;
 } filter__room;
@@ -567,6 +580,21 @@ FILTER_API bool filter_rectangle(
     }
   free(room.planes);
   return true;
+}
+
+FILTER_API bool filter_unreliable(const filter_picture *from, const float *error) {
+  const size_t n = (size_t)from->width * from->height;
+  double noise = 0, noise_squares = 0, left = 0, left_squares = 0;
+  for (size_t i = 0; i < n; i++) {
+    const double v = (double)from->variance[i], e = (double)error[i];
+    if (!(v < 1e30) || !(e < 1e30)) continue; /* not finite */
+    noise += v;
+    noise_squares += v * v;
+    left += e;
+    left_squares += e * e;
+  }
+  if (noise_squares == 0) return false; /* nothing is noisy */
+  return noise * noise < 6 * noise_squares || left < 0 || left * left < 2 * left_squares;
 }
 
 FILTER_API size_t filter_tiles(const filter_picture *from) {

@@ -24,17 +24,18 @@ static uint32_t add_small_material(stage *g, const pktrt_material *m) {
   return index;
 }
 
-static uint32_t matt(stage *g, double red, double green, double blue) {
+/* Channels in turn: red, green, blue. */
+static uint32_t matt(stage *g, double first, double second, double third) {
   pktrt_material m;
   memset(&m, 0, sizeof m);
-  set3(m.albedo, red, green, blue);
+  set3(m.albedo, first, second, third);
   return add_small_material(g, &m);
 }
 
-static uint32_t shining(stage *g, double red, double green, double blue) {
+static uint32_t shining(stage *g, double first, double second, double third) {
   pktrt_material m;
   memset(&m, 0, sizeof m);
-  set3(m.emission, red, green, blue);
+  set3(m.emission, first, second, third);
   return add_small_material(g, &m);
 }
 

@@ -240,15 +240,15 @@ typedef struct filter__room {
   float *share[2], *distance[2], *rows[2];       /* of one offset */
   float *sum[2][FILTER_SUMS], *filtered[2][3];   /* of each half's weights with the other half's colours */
   float *shown_gain, *shown_change, *shown_risk; /* see filter__judge */
-  float *gain, *change, *risk;
+  float *gain, *change, *risk, *square;          /* square: of the gain */
 } filter__room;
 
 /* Gives all planes their places in one block of memory. */
 static bool filter__open(filter__room *room) {
-  enum { EACH = 3 + 1 + FILTER_FEATURES + 3 + FILTER_SUMS + 3, PLANES = 2 * EACH + 9 };
+  enum { EACH = 3 + 1 + FILTER_FEATURES + 3 + FILTER_SUMS + 3, PLANES = 2 * EACH + 10 };
   const size_t n = (size_t)room->width * (size_t)room->height;
   float **const last[] = {&room->variance, &room->pooled, &room->inside, &room->shown_gain, &room->shown_change,
-      &room->shown_risk, &room->gain, &room->change, &room->risk};
+      &room->shown_risk, &room->gain, &room->change, &room->risk, &room->square};
   float *next = (float *)calloc(n * PLANES, sizeof(float));
   room->planes = next;
   if (!next) return false;
@@ -511,6 +511,7 @@ static void filter__judge(filter__room *room, int32_t p) {
   const float known = 1 - 4 * variance / bright;
   room->gain[p] = (change + variance - (left - 0.25f * apart)) * room->inside[p];
   room->change[p] = change * room->inside[p];
+  room->square[p] = room->gain[p] * room->gain[p];
   room->risk[p] = known > 0 ? known * room->gain[p] * room->gain[p] : 0;
   room->shown_gain[p] = shown_gain;
   room->shown_change[p] = shown_change * room->inside[p];
@@ -526,9 +527,9 @@ static float filter__part(float gain, float change, float risk, float least, flo
 }
 
 /* Goes from the picture to the filtered one by the part that has the least error around p: that on a screen below white,
-   that of the colours as they are above. */
+   that of the colours as they are above; and below as well, where so many pixels gain alike that no glint decides. */
 static void filter__choose(const filter__room *room, int32_t p, float *out, float *error) {
-  float gain = 0, change = 0, risk = 0;
+  float gain = 0, change = 0, risk = 0, square = 0;
   float shown_gain = 0, shown_change = 0, shown_risk = 0;
   for (int32_t dy = -FILTER_MIX; dy <= FILTER_MIX; dy++)
     for (int32_t dx = -FILTER_MIX; dx <= FILTER_MIX; dx++) {
@@ -536,6 +537,7 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
       gain += room->gain[q];
       change += room->change[q];
       risk += room->risk[q];
+      square += room->square[q];
       shown_gain += room->shown_gain[q];
       shown_change += room->shown_change[q];
       shown_risk += room->shown_risk[q];
@@ -543,7 +545,9 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
 
   const bool noisy = room->pooled[p] > 0;
   const float whole = noisy ? filter__part(gain, change, risk, 1, 3) : 0;
-  const float screen = noisy ? filter__part(shown_gain, shown_change, shown_risk, 1, 3) : 0;
+  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 1, 3) : 0;
+  const float broad = noisy ? filter__part(gain, change, square, 5, 8) : 0;
+  const float screen = shown > broad ? shown : broad;
   float along = 0, moved = 0; /* the change, times that to the filtered picture, and squared */
   for (int c = 0; c < 3; c++) {
     const float mean = 0.5f * (room->colour[0][c][p] + room->colour[1][c][p]);

@@ -555,7 +555,7 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
     const float dim = mean < 1 ? mean : 1, dim_filtered = filtered < 1 ? filtered : 1;
     const float below = screen > 0 ? dim + screen * (dim_filtered - dim) : dim;
     const float above = whole > 0 ? mean + whole * (filtered - mean) : mean;
-    if (mean > 1 && filtered < 1) out[c] = above; /* a glint that might be real is not cut off by a screen's error */
+    if (mean > 1 && filtered < 1) out[c] = above > below ? above : below; /* a glint might be real */
     else if (below < 1) out[c] = below;
     else out[c] = above > 1 ? above : mean < 1 || mean > 1 ? 1 : mean;
     along += (out[c] - mean) * (filtered - mean);

@@ -26,12 +26,14 @@
    has the mean |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the
    mean of two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 13 x 13 pixels this tells
    which part of the way from the picture to the filtered one has the least error: the picture goes that part. Where
-   filtering does harm, the part is 0. It is 0 as well where the gain is below its own standard error, and smaller up to
-   three times that.
+   filtering does harm, the part is 0. It is 0 as well where the gain is below its own standard error (of the colours as
+   they are: twice that), and smaller up to three (five) times that.
 
    All of this is done twice: for colours as a screen shows them, cut off at white (1), and as they are. The first decides
-   below white, the second above. WHY: one glint of a hundred times white in an edge of a mirror is more squared error
-   than all pixels around. To spread it over them lowers the error of the colours, and ruins what a screen shows.
+   below white, the second above; where a pixel goes from above to below, the brighter of both; and the second alone where
+   its gain is eight times its standard error. WHY: one glint of a hundred times white in an edge of a mirror is more
+   squared error than all pixels around. To spread it over them lowers the error of the colours, and ruins what a screen
+   shows.
 
    Convergence: as passes grow, variances shrink as one over their number, and the test tells apart any two pixels whose
    true means differ. Then the pixels that still share a mean have the same.
@@ -544,7 +546,7 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
     }
 
   const bool noisy = room->pooled[p] > 0;
-  const float whole = noisy ? filter__part(gain, change, risk, 1, 3) : 0;
+  const float whole = noisy ? filter__part(gain, change, risk, 2, 5) : 0;
   const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 1, 3) : 0;
   const float broad = noisy ? filter__part(gain, change, square, 5, 8) : 0;
   const float screen = shown > broad ? shown : broad;

@@ -172,7 +172,7 @@ SECOND = $(if $(findstring -,$(CORES))$(findstring $(comma),$(CORES)),$(shell ec
 error: | $(RESULTS)
 	$(BUILD) $(B)/error $(REFERENCES)/made
 ifeq ($(NAME),)
-	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets flicker blue bias split cost filter & pictures=$$!; \
+	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets flicker blue bias split cost filter shown & pictures=$$!; \
 	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes bounds closed scenes adaptive && \
 	  wait $$pictures
 else

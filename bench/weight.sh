@@ -5,7 +5,8 @@
 #   weight.sh --publish LIST  makes it the list in examples/manual.md, under "Weight"
 #   weight.sh --before HEADER PROVENANCE RESULTS
 #                             the same builds of another header, in turns: writes RESULTS/weight.csv and .md
-#   weight.sh --check         fails where a build weighs more than the list says, or where a control of 3% more is not noticed
+#   weight.sh --check         fails where a build weighs more than the list says, or where a control of 3% more bytes or of three
+#                             times the seconds is not noticed
 # The list is of gcc 12 for x86-64 at -O2. A check compares bytes as ratios to those of examples/render.c, compiled in the same
 # run, and allows 1.5%; seconds as ratios, too, and allows a third, since other work may run beside it.
 set -euo pipefail
@@ -131,6 +132,10 @@ for i in "${!names[@]}"; do
   if heavier "${names[i]}" "$seconds" "$bytes"; then failed=1; fi
   if ! heavier "${names[i]}" "$seconds" $((bytes * 103 / 100)) >$work/control; then
     echo "weight: the control, 3% more of ${names[i]}, is not noticed"
+    failed=1
+  fi
+  if ! heavier "${names[i]}" "$(awk "BEGIN {print 3 * $seconds}")" $((bytes * 95 / 100)) >$work/control; then
+    echo "weight: the control, three times the seconds for ${names[i]}, is not noticed"
     failed=1
   fi
 done

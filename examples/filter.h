@@ -2,34 +2,45 @@
 
      filter_halves h;                                  in the hook `pass` of pktrt_render_desc, after each round:
      filter_begin(&h, width, height)                     filter_add_pass(&h, desc->pixels)
+                                                         filter_add_features(&h, desc->depth, desc->normal, desc->albedo)
      ... pktrt_render, with an even number of passes ...
      filter_finish(&h, &picture);                      means of both halves of the passes, and variances
      picture.depth = ..., .normal = ..., .albedo = ... buffers of pktrt_render_desc
      filter_rectangle(&picture, 0, 0, width, height, out, error);    or filter_tile by a parallel_for
      filter_end(&h);
 
-   A pixel becomes a mean over those around it that can share its mean, after Sakai et al. 2024, "A statistical approach
-   to Monte Carlo denoising": squared differences of two means over the sum of their variances, as in Welch's t-test,
-   averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are range weights beside it. (Colours
-   are not divided by albedos: where gloss adds to a small albedo that made glints of other pixels.)
+   A pixel takes its value on a plane that is fitted to the pixels around it that can share its mean, after Sakai et al.
+   2024, "A statistical approach to Monte Carlo denoising": squared differences of two means over the sum of their
+   variances, as in Welch's t-test, averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are
+   range weights beside it. (Colours are not divided by albedos: where gloss adds to a small albedo that made glints of
+   other pixels.)
 
-   Passes go to two halves by turns. Each half's means weigh the other half's, so a bright sample by chance is neither kept
-   nor cast out for being bright, but spread. Variances are those of all passes: a half whose passes all miss a rare light
-   takes its mean for certain and finds no pixel like it, and what the other half meets would stay. And so the error
-   can be estimated. With weights that sum to 1, that of the pixel itself being w, |F - x|^2 - V (1 - 2 w) has the mean
-   |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the mean of
-   two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 11 x 11 pixels this tells what part
-   of the way from the picture to the filtered one has the least error: that part is gone. Where filtering does harm, it
-   is 0. So it is where the gain is below twice its own standard error, and it is less up to six times; pixels that are not
-   known well enough to lose something do not count for that. WHY: with many samples a few pixels have most of the error,
-   and the best part for them is told by chance.
+   Fireflies: a pixel over eight times as bright in one half as in the other, and as every pixel around, becomes as bright
+   as the brightest of these (see filter__calm). That light is lost.
+
+   Passes go to two halves by turns. Each half's means and features weigh the other half's colours, so a bright sample by
+   chance is neither kept nor cast out for being bright. Variances are those of all passes: a half whose passes all miss a
+   rare light takes its mean for certain and finds no pixel like it, and the light that the other half meets would stay.
+
+   Hence the error can be estimated. With weights that sum to 1, that of the pixel itself being w, |F - x|^2 - V (1 - 2 w)
+   has the mean |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the
+   mean of two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 13 x 13 pixels this tells
+   which part of the way from the picture to the filtered one has the least error: the picture goes that part. Where
+   filtering does harm, the part is 0. It is 0 as well where the gain is below its own standard error (of the colours as
+   they are: twice that), and smaller up to three (five) times that.
+
+   All of this is done twice: for colours as a screen shows them, cut off at white (1), and as they are. The first decides
+   below white, the second above; where a pixel goes from above to below, the brighter of both; and the second alone where
+   its gain is eight times its standard error. WHY: one glint of a hundred times white in an edge of a mirror is more
+   squared error than all pixels around. To spread it over them lowers the error of the colours, and ruins what a screen
+   shows.
 
    Convergence: as passes grow, variances shrink as one over their number, and the test tells apart any two pixels whose
-   true means differ. What then still is averaged has the same mean.
+   true means differ. Then the pixels that still share a mean have the same.
    Bias: at a given number of passes true differences below the noise are blurred, by less than about three standard errors
    of a difference of two pixels, within 10 pixels. The estimated error contains it. Sums are not kept: pictures get darker
-   where bright samples are rare, the pool hall by 4% at 8 samples and 0.6% at 64. The estimate misses part of that, for
-   variances know nothing of lights that no sample has met.
+   where bright samples are rare. The estimate misses part of that, for variances know nothing of lights that no sample has
+   met; filter_unreliable tells where few pixels carry it.
 
    Same bits for any division into rectangles: arithmetic is that of floats, sums have a fixed order, and the only
    function is the square root. Pixels that are not finite stay as they are. */
@@ -55,13 +66,22 @@ typedef struct filter_picture { /* all tight, row 0 at the top */
   const float *half[2];                 /* mean colours of two halves of the passes */
   const float *variance;                /* squared error of either mean by all passes, summed over channels */
   const float *depth, *normal, *albedo; /* as pktrt_render_desc has them */
+  /* These buffers by halves, FILTER_FEATURES floats a pixel; NULL: not known. Then the features of all passes serve
+     both halves, and where edges are noisy, the estimated error is low: features know the noise that they share. */
+  const float *features[2];
 } filter_picture;
+
+enum { FILTER_FEATURES = 7 }; /* depth, normal, albedo */
 
 /* Filters the pixels [x, x+w) x [y, y+h) into their place in `out`, a whole picture. `error`, if not NULL, gets the
    estimated squared error of each of them, summed over channels: some are below 0 by chance, means over many are not.
    False: no memory. */
 FILTER_API bool filter_rectangle(
     const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out, float *error);
+
+/* Whether the sum of these estimates, of the whole picture, is not to be believed: fewer than six pixels carry the
+   variance, or fewer than two the estimate. */
+FILTER_API bool filter_unreliable(const filter_picture *from, const float *error);
 
 /* The picture in tiles, each by a call of filter_tile, from any thread. */
 enum { FILTER_TILE = 128 };
@@ -78,11 +98,17 @@ typedef struct filter_halves { /* gathers passes */
   double *total;               /* of all passes so far */
   double *mean[2], *spread[2]; /* of each half: means, and sums of squared differences from them over channels */
   float *half[2], *variance;
+  uint32_t described;  /* passes whose features are known, too */
+  double *features[2]; /* sums of the features of each half, FILTER_FEATURES a pixel */
+  float *half_features[2];
 } filter_halves;
 
 FILTER_API bool filter_begin(filter_halves *halves, uint32_t width, uint32_t height); /* false: no memory */
 FILTER_API void filter_add_pass(filter_halves *halves, const float *pixels); /* pixels: the mean of all passes so far */
-FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to);    /* false: fewer than two passes */
+/* Optional, after each filter_add_pass: the buffers of pktrt_render_desc, means of all passes so far. */
+FILTER_API void filter_add_features(
+    filter_halves *halves, const float *depth, const float *normal, const float *albedo);
+FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to); /* false: fewer than two passes */
 FILTER_API void filter_end(filter_halves *halves);
 
 /* >>passes --------------------------------------------------------------------------------------------------------- */
@@ -98,7 +124,10 @@ FILTER_API bool filter_begin(filter_halves *halves, uint32_t width, uint32_t hei
     halves->mean[k] = (double *)calloc(n * 3, sizeof(double));
     halves->spread[k] = (double *)calloc(n, sizeof(double));
     halves->half[k] = (float *)calloc(n * 3, sizeof(float));
+    halves->features[k] = (double *)calloc(n * FILTER_FEATURES, sizeof(double));
+    halves->half_features[k] = (float *)calloc(n * FILTER_FEATURES, sizeof(float));
     ok = ok && halves->mean[k] && halves->spread[k] && halves->half[k];
+    ok = ok && halves->features[k] && halves->half_features[k];
   }
   if (!ok) filter_end(halves);
   return ok;
@@ -106,7 +135,10 @@ FILTER_API bool filter_begin(filter_halves *halves, uint32_t width, uint32_t hei
 
 FILTER_API void filter_end(filter_halves *halves) {
   free(halves->total), free(halves->variance);
-  for (int k = 0; k < 2; k++) free(halves->mean[k]), free(halves->spread[k]), free(halves->half[k]);
+  for (int k = 0; k < 2; k++) {
+    free(halves->mean[k]), free(halves->spread[k]), free(halves->half[k]);
+    free(halves->features[k]), free(halves->half_features[k]);
+  }
   memset(halves, 0, sizeof *halves);
 }
 
@@ -121,6 +153,29 @@ FILTER_API void filter_add_pass(filter_halves *halves, const float *pixels) {
     halves->total[i] = total;
     mean[i] += before / count;
     spread[i / 3] += before * (colour - mean[i]);
+  }
+}
+
+/* Adds what the last pass added to a mean over `count` passes to the sum over its half: the sum over all passes less the
+   sums of both halves is new. Where nothing was met, the depth is infinite and counts as 0. */
+static void filter__add_feature(double *const sums[2], uint32_t side, uint32_t count, size_t at, float mean) {
+  const double value = mean < 1e15f ? (double)mean : 0;
+  sums[side][at] += value * count - sums[0][at] - sums[1][at];
+}
+
+FILTER_API void filter_add_features(
+    filter_halves *halves, const float *depth, const float *normal, const float *albedo) {
+  const size_t n = (size_t)halves->width * halves->height;
+  const uint32_t side = halves->described & 1;
+  const uint32_t count = ++halves->described;
+
+  for (size_t i = 0; i < n; i++) {
+    const size_t at = FILTER_FEATURES * i;
+    filter__add_feature(halves->features, side, count, at, depth[i]);
+    for (size_t c = 0; c < 3; c++) {
+      filter__add_feature(halves->features, side, count, at + 1 + c, normal[3 * i + c]);
+      filter__add_feature(halves->features, side, count, at + 4 + c, albedo[3 * i + c]);
+    }
   }
 }
 
@@ -144,6 +199,11 @@ FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to) {
   for (int k = 0; k < 2; k++) {
     for (size_t i = 0; i < n * 3; i++) halves->half[k][i] = (float)halves->mean[k][i];
     to->half[k] = halves->half[k];
+    if (halves->described != halves->passes) continue;
+    const double count = k ? second : first;
+    for (size_t i = 0; i < n * FILTER_FEATURES; i++)
+      halves->half_features[k][i] = (float)(halves->features[k][i] / count);
+    to->features[k] = halves->half_features[k];
   }
   to->variance = halves->variance;
   return true;
@@ -151,10 +211,24 @@ FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to) {
 
 /* >>rooms ---------------------------------------------------------------------------------------------------------- */
 
-/* How far weights, comparisons, pooled variances and the choice between both pictures look. */
+/* How far weights, comparisons, pooled variances, the choice between both pictures, and the search for fireflies look. */
 enum { FILTER_DENSE = 3 }; /* farther away every other pixel is enough */
-enum { FILTER_REACH = 10, FILTER_PATCH = 1, FILTER_POOL = 3, FILTER_MIX = 5 };
-enum { FILTER_BORDER = FILTER_REACH + FILTER_PATCH + FILTER_POOL + FILTER_MIX, FILTER_FEATURES = 7 };
+enum { FILTER_REACH = 10, FILTER_PATCH = 1, FILTER_POOL = 3, FILTER_MIX = 6, FILTER_CALM = 2 };
+enum { FILTER_BORDER = FILTER_REACH + FILTER_PATCH + FILTER_POOL + FILTER_MIX + FILTER_CALM };
+
+/* Sums of one half's weights over the pixels of the other half, one plane each. Offsets u, v are in units of the reach. */
+enum {
+  FILTER_W, /* weights */
+  FILTER_U, /* weights times u, and so on */
+  FILTER_V,
+  FILTER_UU,
+  FILTER_UV,
+  FILTER_VV,
+  FILTER_C,                 /* weights times colours: three planes */
+  FILTER_CU = FILTER_C + 3, /* weights times u times colours */
+  FILTER_CV = FILTER_CU + 3,
+  FILTER_SUMS = FILTER_CV + 3
+};
 
 /* A rectangle with its border. Pixels beyond the picture repeat its edge, for comparisons; they weigh nothing. */
 typedef struct filter__room {
@@ -162,32 +236,33 @@ typedef struct filter__room {
   int32_t x, y, width, height; /* where it lies in the picture, and its size */
   float *planes;               /* of all that follows */
   float *colour[2][3];         /* of the halves */
-  float *variance, *pooled;    /* as they are, and pooled */
-  float *feature[FILTER_FEATURES], *inside;
-  float *share, *distance[2], *rows[2]; /* of one offset */
-  float *sum[2][3], *weight[2];         /* of weights of one half, colours of the other */
-  float *gain, *change, *risk; /* what filtering takes from the squared error; the squared change; see filter__judge */
+  float *bright[2];            /* of the halves: sums over channels, before fireflies are taken out */
+  float *feature[2][FILTER_FEATURES];
+  float *variance, *pooled, *inside;             /* pooled: with the variances around */
+  float *share[2], *distance[2], *rows[2];       /* of one offset */
+  float *sum[2][FILTER_SUMS], *filtered[2][3];   /* of each half's weights with the other half's colours */
+  float *shown_gain, *shown_change, *shown_risk; /* see filter__judge */
+  float *gain, *change, *risk, *square;          /* square: of the gain */
 } filter__room;
 
 /* Gives all planes their places in one block of memory. */
 static bool filter__open(filter__room *room) {
-  enum { PLANES = 6 + 2 + FILTER_FEATURES + 1 + 5 + 8 + 3 };
+  enum { EACH = 3 + 1 + FILTER_FEATURES + 3 + FILTER_SUMS + 3, PLANES = 2 * EACH + 10 };
   const size_t n = (size_t)room->width * (size_t)room->height;
-  float **const last[] = {
-      &room->variance, &room->pooled, &room->inside, &room->share, &room->gain, &room->change, &room->risk};
+  float **const last[] = {&room->variance, &room->pooled, &room->inside, &room->shown_gain, &room->shown_change,
+      &room->shown_risk, &room->gain, &room->change, &room->risk, &room->square};
   float *next = (float *)calloc(n * PLANES, sizeof(float));
   room->planes = next;
   if (!next) return false;
+
   for (int k = 0; k < 2; k++) {
-    for (int c = 0; c < 3; c++) {
-      room->colour[k][c] = next, next += n;
-      room->sum[k][c] = next, next += n;
-    }
-    room->distance[k] = next, next += n;
-    room->rows[k] = next, next += n;
-    room->weight[k] = next, next += n;
+    float **const own[] = {&room->bright[k], &room->share[k], &room->distance[k], &room->rows[k]};
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++) *own[i] = next, next += n;
+    for (int c = 0; c < 3; c++) room->colour[k][c] = next, next += n;
+    for (int c = 0; c < 3; c++) room->filtered[k][c] = next, next += n;
+    for (int f = 0; f < FILTER_FEATURES; f++) room->feature[k][f] = next, next += n;
+    for (int i = 0; i < FILTER_SUMS; i++) room->sum[k][i] = next, next += n;
   }
-  for (int f = 0; f < FILTER_FEATURES; f++) room->feature[f] = next, next += n;
   for (size_t i = 0; i < sizeof last / sizeof *last; i++) *last[i] = next, next += n;
   return true;
 }
@@ -196,20 +271,63 @@ static int32_t filter__clamp(int32_t at, uint32_t size) {
   return at < 0 ? 0 : at >= (int32_t)size ? (int32_t)size - 1 : at;
 }
 
+/* Returns a feature of a half, or of all passes if those of the halves are not known. */
+static float filter__feature(const filter_picture *p, int k, size_t from, size_t f) {
+  if (p->features[k]) return p->features[k][FILTER_FEATURES * from + f];
+  if (f >= 4) return p->albedo[3 * from + f - 4];
+  if (f >= 1) return p->normal[3 * from + f - 1];
+  return p->depth[from] < 1e15f ? p->depth[from] : 0;
+}
+
 /* Fills in one pixel: features are divided by how much they may differ, and depths compared in filter__share. */
 static void filter__load_pixel(filter__room *room, size_t to, size_t from) {
   const filter_picture *p = room->picture;
-  const float depth = p->depth[from], normals = 1.58113883f, albedos = 3.16227766f; /* 1/sqrt(0.4), 1/sqrt(0.1) */
-  for (size_t c = 0; c < 3; c++) {
-    for (int k = 0; k < 2; k++) room->colour[k][c][to] = p->half[k][3 * from + c];
-    room->feature[1 + c][to] = p->normal[3 * from + c] * normals;
-    room->feature[4 + c][to] = p->albedo[3 * from + c] * albedos;
+  const float normals = 1.58113883f, albedos = 3.16227766f; /* 1/sqrt(0.4), 1/sqrt(0.1) */
+  for (int k = 0; k < 2; k++) {
+    for (size_t c = 0; c < 3; c++) room->colour[k][c][to] = p->half[k][3 * from + c];
+    room->bright[k][to] = room->colour[k][0][to] + room->colour[k][1][to] + room->colour[k][2][to];
+    for (size_t f = 0; f < FILTER_FEATURES; f++)
+      room->feature[k][f][to] = filter__feature(p, k, from, f) * (f >= 4 ? albedos : f >= 1 ? normals : 1);
   }
-  room->feature[0][to] = depth < 1e15f ? depth : 0;
   room->variance[to] = p->variance[from];
 }
 
-/* Half of a pixel's own variance, which is coarse, and half of the mean of those around it. */
+/* Returns what part of pixel p's colour in half k is left: all of it, unless the pixel is a firefly there. That is one
+   which is over eight times as bright as the other half says and as any pixel around in either half, and whose variance
+   is at least half of what such a difference between the halves makes. A firefly becomes as bright as the brightest of
+   these. */
+static float filter__calm(const filter__room *room, int k, int32_t p) {
+  const float own = room->bright[k][p];
+  float most = room->bright[1 - k][p];
+
+  for (int32_t dy = -FILTER_CALM; dy <= FILTER_CALM; dy++)
+    for (int32_t dx = -FILTER_CALM; dx <= FILTER_CALM; dx++) {
+      const int32_t q = p + dy * room->width + dx;
+      if (q == p || room->inside[q] == 0) continue;
+      for (int j = 0; j < 2; j++) most = room->bright[j][q] > most ? room->bright[j][q] : most;
+    }
+
+  const float beyond = own - most;
+  const bool firefly = own > 8 * most && room->variance[p] * 12 > beyond * beyond;
+  return firefly && most >= 0 ? most / own : 1;
+}
+
+/* Takes out fireflies, and from the variances what these had. */
+static void filter__calm_all(filter__room *room) {
+  for (int32_t y = FILTER_CALM; y < room->height - FILTER_CALM; y++)
+    for (int32_t x = FILTER_CALM; x < room->width - FILTER_CALM; x++) {
+      const int32_t p = y * room->width + x;
+      for (int k = 0; k < 2; k++) {
+        const float left = filter__calm(room, k, p);
+        if (left == 1) continue;
+        room->variance[p] *= left * left;
+        for (int c = 0; c < 3; c++) room->colour[k][c][p] *= left;
+      }
+    }
+}
+
+/* A quarter of a pixel's own variance and three quarters of the mean of those around it. WHY: its own is coarse, and
+   knows of both halves: what one half weighs by it is no longer independent of the other. */
 static void filter__pool(filter__room *room) {
   const int32_t w = room->width, h = room->height, reach = FILTER_POOL;
   for (int32_t y = reach; y < h - reach; y++)
@@ -218,7 +336,7 @@ static void filter__pool(filter__room *room) {
       for (int32_t dy = -reach; dy <= reach; dy++)
         for (int32_t dx = -reach; dx <= reach; dx++) sum += room->variance[(y + dy) * w + x + dx];
       room->pooled[y * w + x] =
-          0.5f * room->variance[y * w + x] + 0.5f * sum / (float)((2 * reach + 1) * (2 * reach + 1));
+          0.25f * room->variance[y * w + x] + 0.75f * sum / (float)((2 * reach + 1) * (2 * reach + 1));
     }
 }
 
@@ -231,17 +349,18 @@ static void filter__load(filter__room *room) {
       filter__load_pixel(room, to, (size_t)py * p->width + (size_t)px);
       room->inside[to] = px == room->x + x && py == room->y + y ? 1.0f : 0.0f;
     }
+  filter__calm_all(room);
   filter__pool(room);
 }
 
 /* >>weights -------------------------------------------------------------------------------------------------------- */
 
-/* Computes what features let pixel q weigh at p: 1 if they agree, 0 from 8 squared units on. */
-static float filter__share(const filter__room *room, int32_t p, int32_t q) {
-  const float *depth = room->feature[0], zp = depth[p], zq = depth[q], nearer = zp < zq ? zp : zq;
+/* Computes what features of half k let pixel q weigh at p: 1 if they agree, 0 from 8 squared units on. */
+static float filter__share(const filter__room *room, int k, int32_t p, int32_t q) {
+  const float *depth = room->feature[k][0], zp = depth[p], zq = depth[q], nearer = zp < zq ? zp : zq;
   float apart = (zp - zq) * (zp - zq) / (0.04f * nearer * nearer + 1e-20f); /* a fifth of the depth is a unit */
   for (int f = 1; f < FILTER_FEATURES; f++) {
-    const float d = room->feature[f][p] - room->feature[f][q];
+    const float d = room->feature[k][f][p] - room->feature[k][f][q];
     apart += d * d;
   }
   const float rest = 1 - 0.125f * apart;
@@ -262,28 +381,45 @@ static float filter__distance(const filter__room *room, int k, int32_t p, int32_
 /* Compares all pixels with those at an offset. */
 static void filter__compare(filter__room *room, int32_t offset) {
   const int32_t w = room->width, first = FILTER_REACH + FILTER_POOL, patch = FILTER_PATCH;
-  for (int32_t y = first; y < room->height - first; y++) {
-    for (int32_t p = y * w + first; p < (y + 1) * w - first; p++) {
-      room->share[p] = filter__share(room, p, p + offset);
-      for (int k = 0; k < 2; k++) room->distance[k][p] = filter__distance(room, k, p, p + offset);
-    }
-    for (int k = 0; k < 2; k++)
+  for (int k = 0; k < 2; k++)
+    for (int32_t y = first; y < room->height - first; y++) {
+      for (int32_t p = y * w + first; p < (y + 1) * w - first; p++) {
+        room->share[k][p] = filter__share(room, k, p, p + offset);
+        room->distance[k][p] = filter__distance(room, k, p, p + offset);
+      }
       for (int32_t p = y * w + first + patch; p < (y + 1) * w - first - patch; p++)
         room->rows[k][p] = room->distance[k][p - 1] + room->distance[k][p] + room->distance[k][p + 1];
+    }
+}
+
+/* Adds to the sums of half k at pixel p: q weighs so much at the offset (u, v). */
+static void filter__add(filter__room *room, int k, int32_t p, int32_t q, float weight, float u, float v) {
+  float *const *sum = room->sum[k];
+  sum[FILTER_W][p] += weight;
+  sum[FILTER_U][p] += weight * u;
+  sum[FILTER_V][p] += weight * v;
+  sum[FILTER_UU][p] += weight * u * u;
+  sum[FILTER_UV][p] += weight * u * v;
+  sum[FILTER_VV][p] += weight * v * v;
+  for (int c = 0; c < 3; c++) {
+    const float part = weight * room->colour[1 - k][c][q];
+    sum[FILTER_C + c][p] += part;
+    sum[FILTER_CU + c][p] += part * u;
+    sum[FILTER_CV + c][p] += part * v;
   }
 }
 
 /* Adds up what pixels at an offset weigh by each half's test, and the colours of the other half with these weights. */
-static void filter__accumulate(filter__room *room, int32_t offset) {
-  const int32_t w = room->width, first = FILTER_REACH + FILTER_POOL + FILTER_PATCH;
+static void filter__accumulate(filter__room *room, int32_t dx, int32_t dy) {
+  const int32_t w = room->width, first = FILTER_REACH + FILTER_POOL + FILTER_PATCH, offset = dy * w + dx;
+  const float u = (float)dx / (float)FILTER_REACH, v = (float)dy / (float)FILTER_REACH;
   for (int k = 0; k < 2; k++) {
     const float *rows = room->rows[k];
     for (int32_t y = first; y < room->height - first; y++)
       for (int32_t p = y * w + first; p < (y + 1) * w - first; p++) {
-        const float rest = 1 - (rows[p - w] + rows[p] + rows[p + w]) * (1.0f / 54); /* 9 pixels, t^2 up to 6 */
-        const float weight = rest > 0 ? rest * rest * room->share[p] : 0;
-        room->weight[k][p] += weight;
-        for (int c = 0; c < 3; c++) room->sum[k][c][p] += weight > 0 ? weight * room->colour[1 - k][c][p + offset] : 0;
+        const float rest = 1 - (rows[p - w] + rows[p] + rows[p + w]) * (1.0f / 36); /* 9 pixels, t^2 up to 4 */
+        const float weight = rest > 0 ? rest * rest * room->share[k][p] : 0;
+        if (weight > 0) filter__add(room, k, p, p + offset, weight, u, v);
       }
   }
 }
@@ -291,60 +427,144 @@ static void filter__accumulate(filter__room *room, int32_t offset) {
 static void filter__weigh(filter__room *room) {
   for (int32_t dy = -FILTER_REACH; dy <= FILTER_REACH; dy++)
     for (int32_t dx = -FILTER_REACH; dx <= FILTER_REACH; dx++) {
-      const int32_t offset = dy * room->width + dx;
-      if (!offset || (dx * dx + dy * dy > FILTER_DENSE * FILTER_DENSE && (dx + dy) % 2)) continue;
-      filter__compare(room, offset);
-      filter__accumulate(room, offset);
+      const bool sparse = dx * dx + dy * dy > FILTER_DENSE * FILTER_DENSE && (dx + dy) % 2;
+      if ((!dx && !dy) || sparse) continue;
+      filter__compare(room, dy * room->width + dx);
+      filter__accumulate(room, dx, dy);
     }
 }
 
 /* >>choice --------------------------------------------------------------------------------------------------------- */
 
-/* Finishes the filtered colours of pixel p, the pixel itself weighing 1, and estimates what they change and gain. A pixel
-   whose mean is known, to a half of it or better, is put at risk: its gain must not be chance. A rare bright sample is as
-   large as its own error. */
-static void filter__judge(filter__room *room, int32_t p) {
-  const float variance = 0.5f * room->variance[p];
-  float squared = 0, apart = 0, change = 0, bright = 1e-20f;
-  for (int k = 0; k < 2; k++) {
-    const float weight = room->weight[k][p] + 1;
-    squared -= variance * (1 - 2 / weight);
-    for (int c = 0; c < 3; c++) {
-      const float x = room->colour[1 - k][c][p];
-      room->sum[k][c][p] = (room->sum[k][c][p] + room->colour[1 - k][c][p]) / weight;
-      squared += 0.5f * (room->sum[k][c][p] - x) * (room->sum[k][c][p] - x);
-    }
-  }
+/* What a screen shows of a value. */
+static float filter__shown(float x) { return x < 0 ? 0 : x < 1 ? x : 1; }
+
+/* Fits a plane to the colours around pixel p, the pixel itself weighing 1, and keeps its value at p. Returns what the
+   pixel itself weighs in that. A hundredth is added to the variances of offsets, so that few pixels or such in a line
+   tilt no plane. */
+static float filter__fit(filter__room *room, int k, int32_t p) {
+  float *const *sum = room->sum[k];
+  const float weight = sum[FILTER_W][p] + 1;
+  const float u = sum[FILTER_U][p] / weight, v = sum[FILTER_V][p] / weight; /* means */
+  const float uu = sum[FILTER_UU][p] / weight - u * u + 0.01f;
+  const float vv = sum[FILTER_VV][p] / weight - v * v + 0.01f;
+  const float uv = sum[FILTER_UV][p] / weight - u * v;
+  const float determinant = uu * vv - uv * uv;
+  const float across = (vv * u - uv * v) / determinant, along = (uu * v - uv * u) / determinant;
+
   for (int c = 0; c < 3; c++) {
-    const float d = room->sum[0][c][p] - room->sum[1][c][p];
-    const float mean = 0.5f * (room->colour[0][c][p] + room->colour[1][c][p]);
-    const float moved = 0.5f * (room->sum[0][c][p] + room->sum[1][c][p]) - mean;
-    apart += d * d, change += moved * moved, bright += mean * mean;
+    const float mean = (sum[FILTER_C + c][p] + room->colour[1 - k][c][p]) / weight;
+    const float cu = sum[FILTER_CU + c][p] / weight - u * mean, cv = sum[FILTER_CV + c][p] / weight - v * mean;
+    const float fitted = mean - across * cu - along * cv;
+    room->filtered[k][c][p] = fitted < 0 ? 0 : fitted;
   }
-  const float known = 1 - 4 * variance / bright;
-  room->change[p] = change * room->inside[p];
-  room->gain[p] = (change + variance - (squared - 0.25f * apart)) * room->inside[p];
-  room->risk[p] = known > 0 ? known * room->gain[p] * room->gain[p] : 0;
+  return (1 + across * u + along * v) / weight;
 }
 
-/* Goes from the picture to the filtered one by the part that has the least error around p. All of that part if
-   the gain is six times its standard error by known pixels, nothing if it is twice. */
+/* Returns what part of a pixel's variance a screen shows: by how much the halves differ there, and no more than
+   the share of channels that are below white. */
+static float filter__visible(const filter__room *room, int32_t p) {
+  float apart = 0, shown = 0, below = 0;
+  for (int c = 0; c < 3; c++) {
+    const float x = room->colour[0][c][p], y = room->colour[1][c][p];
+    const float d = filter__shown(x) - filter__shown(y);
+    apart += (x - y) * (x - y);
+    shown += d * d;
+    below += x + y < 2 ? 1.0f / 3 : 0;
+  }
+  return apart * below > shown ? shown / apart : below;
+}
+
+/* Estimates what the filter changes and gains at pixel p: as the colours are, and as a screen shows them. Gains on a
+   screen must not be chance, so their squares are kept as well; where something is brighter than white these count four
+   times, for that is where a screen shows noise and means at once. */
+static void filter__judge(filter__room *room, int32_t p) {
+  const float variance = 0.5f * room->variance[p], visible = variance * filter__visible(room, p);
+  float left = 0, apart = 0, change = 0, bright = 1e-20f; /* left: the squared error of one filtered half */
+  float shown_left = 0, shown_apart = 0, shown_change = 0;
+  bool white = false;
+
+  for (int k = 0; k < 2; k++) {
+    const float own = filter__fit(room, k, p);
+    left -= variance * (1 - 2 * own);
+    shown_left -= visible * (1 - 2 * own);
+    for (int c = 0; c < 3; c++) {
+      const float x = room->colour[1 - k][c][p], filtered = room->filtered[k][c][p];
+      const float shown = filter__shown(filtered) - filter__shown(x);
+      left += 0.5f * (filtered - x) * (filtered - x);
+      shown_left += 0.5f * shown * shown;
+    }
+  }
+
+  for (int c = 0; c < 3; c++) {
+    const float one = room->filtered[0][c][p], two = room->filtered[1][c][p], filtered = 0.5f * (one + two);
+    const float mean = 0.5f * (room->colour[0][c][p] + room->colour[1][c][p]);
+    const float shown_d = filter__shown(one) - filter__shown(two);
+    const float shown_moved = filter__shown(filtered) - filter__shown(mean);
+    apart += (one - two) * (one - two);
+    change += (filtered - mean) * (filtered - mean);
+    bright += mean * mean;
+    shown_apart += shown_d * shown_d;
+    shown_change += shown_moved * shown_moved;
+    white = white || filtered > 1 || mean > 1;
+  }
+
+  const float shown_gain = (shown_change + visible - (shown_left - 0.25f * shown_apart)) * room->inside[p];
+  const float known = 1 - 4 * variance / bright;
+  room->gain[p] = (change + variance - (left - 0.25f * apart)) * room->inside[p];
+  room->change[p] = change * room->inside[p];
+  room->square[p] = room->gain[p] * room->gain[p];
+  room->risk[p] = known > 0 ? known * room->gain[p] * room->gain[p] : 0;
+  room->shown_gain[p] = shown_gain;
+  room->shown_change[p] = shown_change * room->inside[p];
+  room->shown_risk[p] = shown_gain * shown_gain * (white ? 4 : 1);
+}
+
+/* Returns the part of the way to the filtered picture that has the least error around a pixel: 1 if the gain is `most`
+   times its standard error, 0 if it is `least` times that. */
+static float filter__part(float gain, float change, float risk, float least, float most) {
+  const float part = gain > 0 && change > 0 ? gain / (2 * change) : 0;
+  const float sure = (gain / (sqrtf(risk) + 1e-20f) - least) / (most - least);
+  return (part < 1 ? part : 1) * (sure < 1 ? sure > 0 ? sure : 0 : 1);
+}
+
+/* Goes from the picture to the filtered one by the part that has the least error around p: that on a screen below white,
+   that of the colours as they are above; and below as well, where so many pixels gain alike that no glint decides. */
 static void filter__choose(const filter__room *room, int32_t p, float *out, float *error) {
-  float gain = 0, change = 0, risk = 0;
+  float gain = 0, change = 0, risk = 0, square = 0;
+  float shown_gain = 0, shown_change = 0, shown_risk = 0;
   for (int32_t dy = -FILTER_MIX; dy <= FILTER_MIX; dy++)
     for (int32_t dx = -FILTER_MIX; dx <= FILTER_MIX; dx++) {
       const int32_t q = p + dy * room->width + dx;
-      gain += room->gain[q], change += room->change[q], risk += room->risk[q];
+      gain += room->gain[q];
+      change += room->change[q];
+      risk += room->risk[q];
+      square += room->square[q];
+      shown_gain += room->shown_gain[q];
+      shown_change += room->shown_change[q];
+      shown_risk += room->shown_risk[q];
     }
-  const float chance = sqrtf(risk), sure = 0.25f * gain / (chance + 1e-20f) - 0.5f; /* 0 to 1 */
-  float part = room->pooled[p] > 0 && gain > 0 && change > 0 ? gain / (2 * change) : 0;
-  part = (part < 1 ? part : 1) * (sure < 1 ? sure > 0 ? sure : 0 : 1);
+
+  const bool noisy = room->pooled[p] > 0;
+  const float whole = noisy ? filter__part(gain, change, risk, 2, 5) : 0;
+  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 1, 3) : 0;
+  const float broad = noisy ? filter__part(gain, change, square, 5, 8) : 0;
+  const float screen = shown > broad ? shown : broad;
+  float along = 0, moved = 0; /* the change, times that to the filtered picture, and squared */
   for (int c = 0; c < 3; c++) {
     const float mean = 0.5f * (room->colour[0][c][p] + room->colour[1][c][p]);
-    const float filtered = 0.5f * (room->sum[0][c][p] + room->sum[1][c][p]);
-    out[c] = part > 0 ? mean + part * (filtered - mean) : mean;
+    const float filtered = 0.5f * (room->filtered[0][c][p] + room->filtered[1][c][p]);
+    const float dim = mean < 1 ? mean : 1, dim_filtered = filtered < 1 ? filtered : 1;
+    const float below = screen > 0 ? dim + screen * (dim_filtered - dim) : dim;
+    const float above = whole > 0 ? mean + whole * (filtered - mean) : mean;
+    if (mean > 1 && filtered < 1) out[c] = above > below ? above : below; /* a glint might be real */
+    else if (below < 1) out[c] = below;
+    else out[c] = above > 1 ? above : mean < 1 || mean > 1 ? 1 : mean;
+    along += (out[c] - mean) * (filtered - mean);
+    moved += (out[c] - mean) * (out[c] - mean);
   }
-  if (error) *error = 0.5f * room->variance[p] - part * room->gain[p] + part * part * room->change[p];
+  if (error) *error = 0.5f * room->variance[p] + moved;
+  if (error && room->change[p] > 0) *error -= room->gain[p] * along / room->change[p];
 }
 
 FILTER_API bool filter_rectangle(
@@ -368,6 +588,21 @@ FILTER_API bool filter_rectangle(
     }
   free(room.planes);
   return true;
+}
+
+FILTER_API bool filter_unreliable(const filter_picture *from, const float *error) {
+  const size_t n = (size_t)from->width * from->height;
+  double noise = 0, noise_squares = 0, left = 0, left_squares = 0;
+  for (size_t i = 0; i < n; i++) {
+    const double v = (double)from->variance[i], e = (double)error[i];
+    if (!(v < 1e30) || !(e < 1e30)) continue; /* not finite */
+    noise += v;
+    noise_squares += v * v;
+    left += e;
+    left_squares += e * e;
+  }
+  if (noise_squares == 0) return false; /* nothing is noisy */
+  return noise * noise < 6 * noise_squares || left < 0 || left * left < 2 * left_squares;
 }
 
 FILTER_API size_t filter_tiles(const filter_picture *from) {

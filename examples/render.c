@@ -459,6 +459,7 @@ typedef struct job {
   double load_seconds, build_seconds, render_seconds;
   filter_halves halves; /* of the passes, for --filter */
   double filter_seconds, filtered_rmse;
+  bool filter_doubted; /* the estimate filtered_rmse is unreliable */
   uint64_t checksum;
 } job;
 
@@ -857,6 +858,7 @@ static bool gather_pass(void *user, const pktrt_report *report) {
   job *j = ((watch *)user)->of;
   (void)report;
   filter_add_pass(&j->halves, j->view.pixels);
+  filter_add_features(&j->halves, j->view.depth, j->view.normal, j->view.albedo);
   return true;
 }
 
@@ -878,6 +880,7 @@ static bool filter(job *j) {
   for (size_t i = 0; ok && i < tiles; i++) ok = !failed[i];
   for (size_t i = 0; ok && i < pixels; i++)
     if (error[i] < INFINITY) sum += (double)error[i];
+  j->filter_doubted = ok && filter_unreliable(&picture, error);
   free(error);
   free(failed);
   j->filtered_rmse = sqrt(fmax(0, sum) / (3 * (double)pixels));
@@ -995,7 +998,9 @@ static void print_error(const job *j) {
 
 static void print_filter(const job *j) {
   if (j->halves.passes < 2) printf("filter   not applied: the time was up after one pass\n");
-  else printf("filter   RMSE %.4g, estimated; %.3f seconds\n", j->filtered_rmse, j->filter_seconds);
+  else
+    printf("filter   RMSE %.4g, estimated%s; %.3f seconds\n", j->filtered_rmse,
+        j->filter_doubted ? ", unreliable: few pixels carry it" : "", j->filter_seconds);
 }
 
 /* The lines above count the triangles of a model once, and its meshes for each instance. */

@@ -548,6 +548,7 @@ static bool gather_pass(void *user, const pktrt_report *report) {
   viewer *v = (viewer *)user;
   (void)report;
   filter_add_pass(&v->halves, v->pixels);
+  filter_add_features(&v->halves, v->depth, v->normal, v->albedo);
   return true;
 }
 

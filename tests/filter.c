@@ -122,6 +122,56 @@ static void tiles(void) {
   CHECK(!same_bits(whole + 3 * (WIDE + 3), n.out + 3 * (WIDE + 3), 12), "a pixel's neighbour does not count");
 }
 
+/* A pixel that is a hundred times as bright in one half. The control: it is in both. */
+static void fireflies(void) {
+  static noisy n;
+  const filter_picture p = make_noisy(&n, 0, 0.05f);
+  const int at = 20 * WIDE + 30;
+  for (int both = 0; both < 2; both++) {
+    for (int c = 0; c < 3; c++)
+      for (int k = 0; k <= both; k++) n.half[k][3 * at + c] = 100;
+    n.variance[at] = both ? 3 * 0.05f * 0.05f : 1.5f * 99 * 99;
+    CHECK(filter_rectangle(&p, 0, 0, WIDE, HIGH, n.out, n.error));
+    const float left = n.out[3 * at];
+    if (both) CHECK(left > 90, "what both halves have has become %g", (double)left);
+    else CHECK(fabsf(left - 1) < 0.1f, "a firefly has become %g", (double)left);
+    CHECK(fabsf(n.out[3 * (at + 1)] - 1) < 0.1f, "its neighbour %g", (double)n.out[3 * (at + 1)]);
+  }
+}
+
+/* Noise of all pixels, and the control: of one. */
+static void belief(void) {
+  static noisy n;
+  const filter_picture p = make_noisy(&n, 0, 0.2f);
+  CHECK(filter_rectangle(&p, 0, 0, WIDE, HIGH, n.out, n.error));
+  for (int i = 0; i < PIXELS; i++) n.error[i] = 0.01f;
+  CHECK(!filter_unreliable(&p, n.error), "what all pixels carry is called unreliable");
+  n.variance[7] = 1e6f;
+  CHECK(filter_unreliable(&p, n.error), "what one pixel carries is believed");
+}
+
+/* Features of passes go to halves by turns, too. */
+static void half_features(void) {
+  static const float depth[4] = {2, 4, 6, 8};
+  filter_halves h;
+  filter_picture p;
+  float sum = 0;
+  if (!CHECK(filter_begin(&h, 1, 1))) return;
+  for (int k = 0; k < 4; k++) {
+    const float black[3] = {0, 0, 0};
+    sum += depth[k];
+    const float mean = sum / (float)(k + 1), normal[3] = {0, mean, 0}, albedo[3] = {0, 0, 1};
+    filter_add_pass(&h, black);
+    if (k == 3) CHECK(filter_finish(&h, &p) && !p.features[0], "features of three passes are those of four");
+    filter_add_features(&h, &mean, normal, albedo);
+  }
+  CHECK(filter_finish(&h, &p) && p.features[0] && p.features[1]);
+  CHECK(fabsf(p.features[0][0] - 4) < 1e-5f && fabsf(p.features[1][0] - 6) < 1e-5f);
+  CHECK(fabsf(p.features[0][2] - 4) < 1e-5f && fabsf(p.features[1][2] - 6) < 1e-5f);
+  CHECK(fabsf(p.features[0][6] - 1) < 1e-6f && fabsf(p.features[1][6] - 1) < 1e-6f);
+  filter_end(&h);
+}
+
 /* Passes of which each is known: halves are means of every other one. */
 static void halves(void) {
   static const float colour[4] = {1, 4, 3, 8};
@@ -148,5 +198,8 @@ void suite_filter(void) {
   run("a filter leaves pixels apart whose features differ", features);
   run("a filter leaves what has no variance bit for bit", no_variance);
   run("a filtered picture has the same bits whatever the tiles", tiles);
+  run("a firefly becomes what its neighbours say, and nothing that both halves have does", fireflies);
+  run("a filter does not believe an estimate that few pixels carry", belief);
+  run("the halves of a filter have features of their own", half_features);
   run("the halves of a filter are every other pass, with their variances", halves);
 }

@@ -42,7 +42,7 @@ static const claim claims[] = {
     {"runs that met their target, adaptive, closed-form scenes", 0.95, false, check_targets, "closed", 1, 0},
     {"runs that met their target, uniform, DRT scenes", 0.95, false, check_targets, "DRT", 0, 0.8},
     {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1, 0},
-    {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1, 0},
+    {"time of adaptive passes over one uniform set for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1, 0},
     {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0, 1.05},
     {"runs whose estimate as shown is within 25% of the truth, of those not called unreliable", 0.95, false,
         check_shown, NULL, 0, 0},
@@ -56,6 +56,12 @@ static const claim claims[] = {
     {"filtered over unfiltered RMSE, 16 samples", 0.7, true, check_filter, NULL, 16, 0},
     {"filtered over unfiltered RMSE, 64 samples", 0.85, true, check_filter, NULL, 64, 0},
     {"filtered over unfiltered RMSE, the largest at 4 to 256 samples", 1.02, true, check_filter, NULL, 0, 0},
+    {"filtered over unfiltered on a screen, the largest of all small and built-in scenes", 1.02, true, check_screen,
+        NULL, 0, 0},
+    {"filtered over unfiltered on a screen, mean of the smooth scenes", 0.6, true, check_screen, NULL, 1, 0.66},
+    {"filtered: estimates not called unreliable within 0.7 to 1.3 times the truth", 1, false, check_screen, NULL, 2,
+        0.85},
+    {"filtered: estimates called unreliable", 0.3, true, check_screen, NULL, 3, 0},
     {"percent of instructions that knowing the error adds", 2, true, check_cost, NULL, 0, 0},
 };
 enum { CLAIMS = sizeof claims / sizeof *claims };
@@ -73,7 +79,7 @@ static const struct part {
     {"estimates", "estimated error against the truth", part_estimates},
     {"bars", "how far reports can be believed from two passes on", part_bars},
     {"targets", "true error where a render has stopped at a target", part_targets},
-    {"adaptive", "time of adaptive passes for equal error", part_adaptive},
+    {"adaptive", "time of adaptive passes for the error of one uniform set", part_adaptive},
     {"display", "the error as a screen shows it: estimates, and time of adaptive passes", part_display},
     {"flicker", "static sets against fresh ones in an animation", part_flicker},
     {"blue", "what is left of the error after a small blur, by sampler", part_blue},
@@ -81,6 +87,7 @@ static const struct part {
     {"split", "what N samples in several passes lose against one set", part_split},
     {"cost", "what passes and estimates cost in instructions", part_cost},
     {"filter", "what examples/filter.h leaves of the error", part_filter},
+    {"shown", "the same as a screen shows it, in small scenes", part_filter_shown},
     {"cost-run", NULL, part_cost_run}, /* of the part cost, under callgrind */
     {"cost-floor", NULL, part_cost_floor},
 };

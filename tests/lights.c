@@ -922,7 +922,7 @@ static void light_choice(void) {
 static void check_one_as_all(const char *name, pktrt_scene *s, pktrt_render_desc d) {
   estimate e[2];
   for (int one = 0; one < 2; one++) {
-    d.samples = one ? 192 : 32;
+    d.samples = small_run ? (one ? 64 : 16) : one ? 192 : 32;
     d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
     e[one] = stage_estimate(s, &d, 16);
   }

@@ -69,7 +69,7 @@ check "by name" complains 'absent.tri'
 # --- passes ---
 
 scene=(--scene sky --mode drt --spp 2 --size 64x48 --tile 16)
-rule=(--target-error 0.2 --passes 60)
+rule=(--target-error 0.05 --passes 60)
 rules() { grep -E '^(error|used|  +RMSE)' "$1" | sed 's/;.*seconds.*//'; }
 same_rules() { [ -n "$(rules table.txt)" ] && [ "$(rules table.txt)" = "$(rules one.txt)" ]; }
 one "${rule[@]}" -o one.pfm
@@ -78,7 +78,7 @@ for n in 4 7; do
   check "and say the same of the error" same_rules
 done
 check "which is a matter of the target, not of the passes" grep -q 'stopped: the target is reached' one.txt
-check "the control: another target takes other passes" fails same 4 --target-error 0.3 --passes 60
+check "the control: another target takes other passes" fails same 4 --target-error 0.1 --passes 60
 check "and other errors" fails same_rules
 rule=(--target-error 0.02 --passes 60)
 one "${rule[@]}" --measure display -o one.pfm

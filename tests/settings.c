@@ -490,6 +490,7 @@ static void make_pictures(pktrt_scene *s) {
   pktrt_report report;
   pktrt_render_desc d;
   memset(&d, 0, sizeof d), memset(sums, 0, sizeof sums), memset(&report, 0, sizeof report);
+  memset(display, 0, sizeof display);
   d.samples = 1;
   d.width = WIDTH, d.height = HEIGHT, d.pixels = pixels, d.mode = PKTRT_MODE_DRT, d.tile_size = 4, d.samples = 2;
   d.camera.eye[1] = 2, d.camera.eye[2] = 6, d.camera.aperture = 0.05f, d.camera.shutter = 1, d.max_depth = 5;

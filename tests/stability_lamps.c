@@ -524,7 +524,7 @@ static void lamp_job(void *arg, size_t lamp) {
   for (size_t i = 0; i < (size_t)BETWEENS * SURFACES * 2; i++) {
     const between b = (between)(i / (SURFACES * 2));
     const surface kind = (surface)(i / 2 % SURFACES);
-    if (thoroughness < 1 && (i + lamp) % ((lamps[lamp].visible ? 5 : 13) * (small_run ? 3 : 1))) continue;
+    if (thoroughness < 1 && (i + lamp) % ((lamps[lamp].visible ? 5u : 13u) * (small_run ? 3u : 1u))) continue;
     compare(lamp, b, kind, i % 2, paths, &sums);
   }
   count_figure(part, lamps[lamp].name, PKTRT_ISA_AUTO, sums.compared, wrong, sums.beyond);

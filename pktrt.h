@@ -899,7 +899,7 @@ typedef enum pktrt_error_measure {
      the picture. */
   PKTRT_ERROR_RELATIVE,
   /* RMSE of a channel as a screen shows it: of the sRGB values in [0,1] that pktrt_to_srgb8 rounds, with
-     display_exposure and display_tone. A lamp that is white on the screen has no error, whatever its noise. */
+     display_exposure and display_tone. A light that is white on the screen has no error, whatever its noise. */
   PKTRT_ERROR_DISPLAY
 } pktrt_error_measure;
 #define PKTRT_ERROR_BLOCK 16 /* pixels along the edge of the blocks over which errors are summed */

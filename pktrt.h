@@ -25554,6 +25554,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
      0.22.0   What to change: pktrt_light and pktrt_render_desc have new fields: zero them, as ever. Pictures of meshes
               with normals, under an environment given by a callback, or with PKTRT_LIGHTS_ONE or _ONE_DEEPER have
               other bits, and less noise.
+              Adaptive pictures have other bits, less bias and, where light is rare, more noise: what shines is no longer
+              diluted. Estimates from few passes are called unreliable less often, and renders end at a target sooner.
               New:
                 - `angle` of a directional light makes it a sun. Suns in environments are found and sampled closely.
                 - environment_width and environment_height tell the size of a sky made of pixels.

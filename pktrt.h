@@ -20340,8 +20340,8 @@ PK_COLD void pk_environment_bound_rows(const pk_environment *table, const float 
   }
 }
 
-/* Gets, for each cell of a row, the largest value of `upper` and the least of `lower` in it and those around, `reach` rows
-   up and down and as far to the sides. */
+/* Gets, for each cell of a row, the largest value of `upper` and the least of `lower` in it and those around: `reach`
+   rows up and down, and as far to the sides. */
 PK_COLD void pk_environment_around(const pk_environment *table, uint32_t row, uint32_t reach, const float *upper,
     const float *lower, float largest[2 * PK_ENVIRONMENT_ROWS], float least[2 * PK_ENVIRONMENT_ROWS]) {
   uint32_t columns = 2 * table->rows, aside = reach * pk_environment_block(table, row);
@@ -25554,8 +25554,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
      0.22.0   What to change: pktrt_light and pktrt_render_desc have new fields: zero them, as ever. Pictures of meshes
               with normals, under an environment given by a callback, or with PKTRT_LIGHTS_ONE or _ONE_DEEPER have
               other bits, and less noise.
-              Adaptive pictures have other bits, less bias and, where light is rare, more noise: what shines is no longer
-              diluted. Estimates from few passes are called unreliable less often, and renders end at a target sooner.
+              Adaptive pictures have other bits, less bias and, where light is rare, more noise: rare light is no longer
+              diluted. Estimates from few passes are called unreliable less often, and renders end at targets sooner.
               New:
                 - `angle` of a directional light makes it a sun. Suns in environments are found and sampled closely.
                 - environment_width and environment_height tell the size of a sky made of pixels.

@@ -954,20 +954,20 @@ typedef struct pktrt_report {
   double effective_pixels[3]; /* by pktrt_error_measure: pixels that carry it, (sum V)^2 / sum V^2; 0: no error */
   /* By pktrt_error_measure: do not believe the estimate. Either so few pixels carry it that it may be off by a quarter
      (of the RMSE) or more; or, from pktrt_render, samples met over 16 times the radiance that the table of the
-     environment has, which `log` says at the end. */
+     environment has, which `log` says at the end. Also true, with effective_pixels 0, of what is not estimated. */
   bool unreliable[3];
   /* Bounds that hold the true error 95 times of 100, if samples have met the rare events. Nothing can be known of light
      that no sample has met. */
   double rmse_low, rmse_high, relative_mse_high;
-  uint64_t unknown; /* pixels whose estimate is not finite; both estimates leave them out */
+  uint64_t unknown; /* pixels whose estimate is not finite; all estimates leave them out */
   double seconds;   /* since the call */
   pktrt_stop stop;
-  /* The estimate of PKTRT_ERROR_DISPLAY and its bounds; INFINITY unless `measure` asks for it. */
+  /* The estimate of PKTRT_ERROR_DISPLAY and its bounds. INFINITY, and 0 as lower bound, unless `measure` asks. */
   double display_error, display_error_low, display_error_high;
 } pktrt_report;
 
 /* What PKTRT_ERROR_DISPLAY needs of the passes of a pixel beside pktrt_pixel_sums, by channel: the sum of the squares
-   of their means, and the largest mean. At first 0. */
+   of their means, and the largest mean, or 0 if none is positive. At first 0. */
 typedef struct pktrt_display_sums {
   double squares[3], most[3];
 } pktrt_display_sums;
@@ -1041,13 +1041,13 @@ typedef struct pktrt_render_desc {
   pktrt_custom_sampler *custom_sampler; /* for PKTRT_SAMPLER_CUSTOM */
 
   /* Passes, each with `samples` samples per pixel, go on until the first of the following rules says stop. The picture,
-     and each buffer, is whole after each pass. Passes take 44 bytes per pixel; estimates need two passes. This field:
-     how many at most, up to 65536; 0: 1, or if there is another rule, 65536. */
+     and each buffer, is whole after each pass. Passes take 44 bytes per pixel, with depth, normal or albedo 64 more;
+     estimates need two passes. This field: how many at most, up to 65536; 0: 1, or if there is another rule, 65536. */
   uint32_t passes;
   /* Stops when the estimate is not above it; 0: no such rule. It is not met while pixels are not finite, say by a
      hook's NaN: when all others meet it, the render ends as if its passes were done. Nor does an unreliable estimate
-     (see pktrt_report) meet it: from 8 passes on the upper bound is compared instead, from 16 on at most the estimate
-     and 15% of its square. */
+     (see pktrt_report) meet it: from 8 passes on the upper bound is compared instead, from 16 on at most 1.07 times the
+     estimate (relative MSE: 1.15 times). */
   float target_error;
   bool trust_estimates;        /* an unreliable estimate meets target_error, too */
   pktrt_error_measure measure; /* what target_error is compared with, and adaptive passes lower */
@@ -2019,7 +2019,7 @@ enum {
 #define PK_TARGET_PASSES 16 /* from then on the bound is capped: more passes keep to targets, and cost samples */
 #endif
 #ifndef PK_TARGET_DOUBT
-#define PK_TARGET_DOUBT 1.15 /* the cap, times the squared error: see PK_TARGET_PASSES */
+#define PK_TARGET_DOUBT 1.15 /* the cap is the squared error times this: see PK_TARGET_PASSES */
 #endif
 #ifndef PK_ADAPT_SMOOTHING
 #define PK_ADAPT_SMOOTHING \
@@ -20357,7 +20357,7 @@ PK_COLD void pk_environment_around(const pk_environment *table, uint32_t row, ui
     }
   }
 
-  /* What is known of `reached` columns to each side is known of three times as many at once. */
+  /* Each column knows the bounds of `reached` columns to each side. Those `step` columns away know what is beyond. */
   for (uint32_t reached = 0, step; reached < aside; reached += step) {
     step = 2 * reached < aside - reached ? 2 * reached + 1 : aside - reached;
     memcpy(most, largest, sizeof most);
@@ -20612,7 +20612,7 @@ PK_COLD void pk_environment_sum_fine(pk_environment *table, double twice_mean) {
 }
 
 /* Makes the sums of a table's radiance above twice its mean. Cells count at least a quarter of their neighbours: the
-   middle of a cell may miss a small sun. */
+   middle of a cell may miss a small sun. Lower bounds are of no use here. */
 PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance) {
   uint32_t columns = 2 * table->rows, fine = 0;
   float largest[2 * PK_ENVIRONMENT_ROWS], least[2 * PK_ENVIRONMENT_ROWS];
@@ -24123,7 +24123,7 @@ static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t
       squares += pixel_spread * pixel_spread;
       for (int axis = 0; axis < 3; axis++) mean[axis] += pixel->passes.mean[axis];
       if (sums->display) {
-        double error = pk_pass_shown_error(sums, index, n);
+        double error = pixel_spread > 0 ? pk_pass_shown_error(sums, index, n) : 0; /* rounding is none */
         shown += error;
         shown_squares += error * error;
       }
@@ -24422,7 +24422,7 @@ static void pk_pass_plan_round(pk_pass_rounds *rounds, double next) {
     pk_pass_share_out(rounds->render, done * pixels, (done + next) * pixels, PK_ADAPT_TARGET * error * known);
 }
 
-/* Renders pass number `pass` over those cells of the square from (left, top) on that get it in this round. Neighbours
+/* Renders pass number `pass` over those cells of the group from (left, top) on that get it in this round. Neighbours
    on the tile's curve share waves. Returns the number of the next pass that a cell gets, or UINT32_MAX. */
 static uint32_t pk_pass_render_cells(
     pk_tile *tile, const uint32_t area[4], uint32_t left, uint32_t top, uint32_t pass) {
@@ -24445,8 +24445,10 @@ static uint32_t pk_pass_render_cells(
     }
     if (!fields) continue;
 
-    pk_tile_add_pixels(tile, area, x, y, edge, fields);
-    if ((tile->pixel_count + edge * edge) * tile->render->samples > tile->wave_rays) pk_tile_render_pixels(tile);
+    uint32_t wanted = fields == 3 ? edge * edge : edge * edge / 2;
+    if (tile->pixel_count && (tile->pixel_count + wanted) * tile->render->samples > tile->wave_rays)
+      pk_tile_render_pixels(tile);
+    if (!tile->failed) pk_tile_add_pixels(tile, area, x, y, edge, fields);
   }
 
   if (tile->pixel_count && !tile->failed) pk_tile_render_pixels(tile);
@@ -24454,8 +24456,8 @@ static uint32_t pk_pass_render_cells(
   return later;
 }
 
-/* Renders passes [first, first + count) over an area; if count is 0, those that this round gives to its cells, square
-   by square of PK_BATCH cells. Returns false if memory runs out. */
+/* Renders passes [first, first + count) over an area; if count is 0, those that this round gives to its cells, group
+   by group of PK_BATCH squares. Returns false if memory runs out. */
 static bool pk_pass_render(const pk_render_state *render, pk_progress *progress, const uint32_t area[4],
     pktrt_stats *stats, uint32_t first, uint32_t count) {
   uint32_t edge = PKTRT_ERROR_BLOCK * PK_PASS_CELL;
@@ -24607,7 +24609,7 @@ static void pk_pass_run(pk_pass_rounds *rounds) {
   }
 }
 
-/* Writes the buffers of errors, in units of radiance of a channel. */
+/* Writes the buffers of errors, in units of radiance of a channel or, with PKTRT_ERROR_DISPLAY, as shown. */
 PK_COLD void pk_pass_write_errors(const pk_render_state *render) {
   const pktrt_render_desc *desc = render->desc;
   const pk_pass_sums *sums = render->passes;
@@ -24624,7 +24626,7 @@ PK_COLD void pk_pass_write_errors(const pk_render_state *render) {
         double sum = sums->display ? sums->blocks[block].shown[0] : sums->blocks[block].error[0];
         if (n >= 2) {
           double error = pk_pass_spread(&sums->pixels[at].passes, n, 1 / n) / (n * (n - 1));
-          if (sums->display && error < INFINITY) error = pk_pass_shown_error(sums, at, n);
+          if (sums->display && error > 0 && error < INFINITY) error = pk_pass_shown_error(sums, at, n);
           pixel_error = pk_to_float(sqrt(error / 3));
         }
         if (known > 0) block_error = pk_to_float(sqrt(sum / (3 * known)));
@@ -25279,7 +25281,7 @@ PK_NOINLINE void pk_do_get_scene_report(
     report->worker = sizeof(pk_tile);
     if (report->used & PK_SPECULAR) report->worker += 2 * sizeof(pk_wave);
     if (report->used & PKTRT_FEATURE_DIELECTRIC) report->worker += sizeof(pk_wave);
-    if (desc->passes > 1 || desc->target_error > 0 || desc->time_budget > 0 || (desc->pass && !desc->passes)) {
+    if (desc->passes > 1 || (!desc->passes && (desc->target_error > 0 || desc->time_budget > 0 || desc->pass))) {
       uint32_t area[4] = {0, 0, desc->width, desc->height};
       pk_pass_sums sums;
       pk_pass_set_sizes(area, desc->depth || desc->normal || desc->albedo, pk_pass_has_display(desc), &sums);

@@ -140,6 +140,23 @@ static void nothing_to_see(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Passes that are equal have no error, though sums of thirds are rounded. The control: one pixel of one pass differs. */
+static void equal_thirds(void) {
+  static double values[14 * PIXELS];
+  static sheet got;
+  pktrt_scene *s = stage_open();
+  for (uint32_t passes = 7; passes <= 14; passes += 7)
+    for (int differs = 0; differs < 2; differs++) {
+      pktrt_render_desc d = sheet_view(&got, passes);
+      for (size_t i = 0; i < passes * PIXELS; i++) values[i] = scattered(i % PIXELS) / 3;
+      if (differs) values[PIXELS / 2] += 0.25;
+      finish_values(s, &d, passes, values);
+      CHECK((got.report.display_error == 0) == !differs, "%u passes: %g", passes, got.report.display_error);
+      CHECK(got.report.unreliable[PKTRT_ERROR_DISPLAY] == differs, "%u passes, %d", passes, differs);
+    }
+  pktrt_scene_destroy(s);
+}
+
 /* Lamps six times as bright as white, some three pixels wide, on a wall with a fine pattern: at their edges a pixel is
    white if a sixth of it sees the lamp. A few specks are brighter still. */
 static void glaring_light(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
@@ -316,6 +333,7 @@ void suite_display(void) {
   run("errors as shown are those of the jackknife for two and three passes", the_jackknife);
   run("with more passes they are close to it", many_passes);
   run("what is white, black or constant has no error as shown", nothing_to_see);
+  run("equal passes have no error as shown, whatever is rounded", equal_thirds);
   run("errors as shown are estimated to within 25% of the truth", estimates_and_truth);
   run("they have the same bits for all threads, tiles, instruction sets and places of passes", same_bits_everywhere);
   run("they take bytes only where they are asked for", bytes_where_asked);

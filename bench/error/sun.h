@@ -6,6 +6,7 @@
 #ifndef ERROR_SUN_H
 #define ERROR_SUN_H
 
+#include "curves.h"
 #include "hard.h"
 #include "scatter.h"
 

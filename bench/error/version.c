@@ -22,6 +22,7 @@ static pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *d, ui
 
 #include "closed.h"
 #include "version.h"
+#include <math.h>
 
 #define TEXT_(x) #x
 #define TEXT(x) TEXT_(x)
@@ -38,8 +39,30 @@ static bool open_closed(stage *g, const request *r) {
 
 typedef struct opened {
   stage g;
-  bool adaptive; /* see request */
+  bool adaptive, shown; /* see request */
 } opened;
+
+/* Returns what a screen shows, from 0 for black to 1 for white: sRGB, cut off. */
+static double shown_value(double x) {
+  if (!(x > 0)) return 0;
+  if (x >= 1) return 1;
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
+}
+
+/* Returns the squared error of a channel of the last picture as shown. That of the truth is its error times the slope of the
+   curve around it. */
+static double shown_error(const stage *g) {
+  double sum = 0;
+  const size_t pixels = stage_pixels(g);
+  for (size_t i = 0; i < pixels; i++) {
+    const double off = g->doubt ? sqrt(g->doubt[i] / 3) : 0;
+    for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+      const double truth = g->truth[c], half = 0.5 * (shown_value(truth + off) - shown_value(truth - off));
+      sum += square(shown_value((double)g->pixels[c]) - shown_value(truth)) - half * half;
+    }
+  }
+  return sum / (3 * (double)pixels);
+}
 
 static void *open_scene(const request *r) {
   opened *o = (opened *)calloc(1, sizeof *o);
@@ -47,6 +70,7 @@ static void *open_scene(const request *r) {
   if (!o) fatal("not enough memory");
   stage *g = &o->g;
   o->adaptive = r->adaptive;
+  o->shown = r->shown;
   memset(&b, 0, sizeof b);
   b.given.references = r->references, b.given.threads = r->threads;
   if (!open_closed(g, r)) {
@@ -71,13 +95,18 @@ static judged take_picture(void *scene, uint32_t samples, uint32_t seed) {
   const uint32_t part = !of->adaptive ? samples : samples > PASSES ? samples / PASSES : 1;
   shot s = shot_of(PKTRT_SAMPLER_SOBOL, part, samples / part, seed);
   s.adaptive = samples > part;
+#if PKTRT_VERSION >= 2200
+  if (of->shown) s.measure = PKTRT_ERROR_DISPLAY;
+#endif
   double total = 0;
   judged j;
   j.mse = 0, j.seconds = HUGE_VAL;
   for (int i = 0; i < MOST && total < enough; i++) {
     outcome o;
     take_shot(&of->g, &s, &o);
-    j.mse = o.mse, j.seconds = fmin(j.seconds, o.seconds), total += o.seconds;
+    j.mse = of->shown ? shown_error(&of->g) : o.mse;
+    j.seconds = fmin(j.seconds, o.seconds);
+    total += o.seconds;
   }
   return j;
 }

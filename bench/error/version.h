@@ -13,14 +13,15 @@ typedef struct request { /* a scene, and what its pictures are judged by */
   uint32_t width, height;
   uint32_t reference_samples; /* 0: no truth is wanted */
   int lights;                 /* of the runs; references take LIGHTS_ALL */
-  bool adaptive;          /* runs are in adaptive passes of a quarter of their samples; else all pixels get the same */
+  bool adaptive; /* runs are in adaptive passes of a quarter of their samples; else all pixels get the same */
+  bool shown;    /* errors are those of the picture as a screen shows it, and adaptive passes lower these if they can */
   const char *references; /* a directory of this version's own */
   unsigned threads;       /* for references */
 } request;
 
 typedef struct judged { /* a picture */
-  double mse;           /* of a channel; the truth's own squared error is subtracted */
-  double seconds;       /* processor time of one thread: the least of several equal ones, where they are short */
+  double mse;     /* of a channel, in units of radiance or of white; the truth's own squared error is subtracted */
+  double seconds; /* processor time of one thread: the least of several equal ones, where they are short */
 } judged;
 
 typedef struct version {

@@ -31,7 +31,7 @@ typedef struct options {
   const char *results, *references;
   const char *scenes[MAX_SCENES];
   unsigned scene_count;
-  bool check, samples;
+  bool check, samples, shown;
 } options;
 
 /* >>bars ----------------------------------------------------------------------------------------------------------- */
@@ -187,6 +187,7 @@ static void *open_for(const options *o, const version *v, const char *scene, int
   request q;
   q.scene = scene, q.width = o->width, q.height = o->height, q.reference_samples = o->reference;
   q.lights = o->lights[of], q.adaptive = o->adaptive[of], q.threads = o->threads;
+  q.shown = o->shown;
   q.references = directory_of(o, v, path, sizeof path);
   return v->open(&q);
 }
@@ -332,6 +333,7 @@ static void print_help(void) {
       "  --lights-now W      all|one-deeper|one: of today's (default all); of pktrt_light_choice the first to third\n"
       "  --adaptive W        before|now|both: pictures in adaptive passes of a quarter of the samples (default: in "
       "one, uniform)\n"
+      "  --shown             errors of pictures as a screen shows them, which today's adaptive passes lower\n"
       "  --samples           instead: the time of a sample under 1,000 lamps over that under ten\n"
       "  --results DIR       error_before.csv and .md\n"
       "  --check             instead: controls; exit status 1 if they do not come out as they must\n"
@@ -359,6 +361,7 @@ static bool parse_option(options *o, int key) {
   case 'r': o->references = optarg; return true;
   case 'o': o->results = optarg; return true;
   case 'm': return o->samples = true;
+  case 'd': return o->shown = true;
   case 'k': return o->check = true;
   case 'h': print_help(); exit(0);
   default: return false; /* getopt has said what */
@@ -382,8 +385,8 @@ static bool parse(int argc, char **argv, options *o) {
       {"reference", required_argument, NULL, 'n'}, {"references", required_argument, NULL, 'r'},
       {"threads", required_argument, NULL, 't'}, {"lights-before", required_argument, NULL, 'b'},
       {"lights-now", required_argument, NULL, 'l'}, {"adaptive", required_argument, NULL, 'a'},
-      {"results", required_argument, NULL, 'o'}, {"samples", no_argument, NULL, 'm'}, {"check", no_argument, NULL, 'k'},
-      {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
+      {"results", required_argument, NULL, 'o'}, {"samples", no_argument, NULL, 'm'}, {"shown", no_argument, NULL, 'd'},
+      {"check", no_argument, NULL, 'k'}, {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->width = 192, o->seeds = 16, o->reference = 1024, o->threads = ex_processors();
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)

@@ -19,6 +19,12 @@ static pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *d, ui
   return PKTRT_OUT_OF_MEMORY;
 }
 #endif
+#if PKTRT_VERSION < 1900
+typedef enum pktrt_tone { PKTRT_TONE_CLAMP, PKTRT_TONE_CURVE } pktrt_tone;
+static void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, pktrt_tone tone, unsigned char *out) {
+  (void)rgb, (void)pixels, (void)exposure, (void)tone, (void)out;
+}
+#endif
 
 #include "closed.h"
 #include "version.h"

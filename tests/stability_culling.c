@@ -495,7 +495,7 @@ static size_t occlusion_lost(
 }
 
 static void count(tally *t, int what, const buffers *b, size_t lost) {
-  const pktrt_ray *x = &b->ray[b->last];
+  const pktrt_ray *x = &b->ray[lost ? b->last : 0];
   const float *o = x->origin, *d = x->direction;
   t->rays[what] += b->n, t->lost[what] += lost;
   if (!lost) return;

@@ -24103,31 +24103,39 @@ static double pk_pass_shown_error(const pk_pass_sums *sums, size_t pixel, double
 static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t row, pk_pass_block *block) {
   uint32_t left = column / 2 * PK_PASS_CELL, top = row * PK_PASS_CELL;
   pk_pass_cell *cell = &sums->cells[(size_t)row * sums->cell_columns + column];
+  bool has_display = sums->display != NULL;
   double n = cell->done, inverse_n = 1 / n;
-  double to_error = n < 2 ? 0 : 1 / (n * (n - 1));
+  double to_error = n < 2 ? 0 : 1 / (n * (n - 1)), limit = n < 2 ? -1 : INFINITY; /* of what is known */
   double spread = 0, squares = 0, shown = 0, shown_squares = 0, mean[3] = {0, 0, 0}, excess = 0, splits = 0;
+  uint32_t right = left + pk_pass_within(left, PK_PASS_CELL, sums->w),
+           bottom = top + pk_pass_within(top, PK_PASS_CELL, sums->h);
 
-  for (uint32_t y = top; y < top + PK_PASS_CELL && y < sums->h; y++)
-    for (uint32_t x = left + ((column ^ y) & 1); x < left + PK_PASS_CELL && x < sums->w; x += 2) {
-      size_t index = (size_t)y * sums->w + x;
-      const pk_pixel_sums *pixel = &sums->pixels[index];
+  for (uint32_t y = top; y < bottom; y++) {
+    uint32_t first = left + ((column ^ y) & 1);
+    const pk_pixel_sums *pixels = &sums->pixels[(size_t)y * sums->w];
+
+    for (uint32_t x = first; x < right; x += 2) {
+      const pk_pixel_sums *pixel = &pixels[x];
       double pixel_spread = pk_pass_spread(&pixel->passes, n, inverse_n);
 
-      excess += (double)pixel->split_excess;
-      splits += (double)pixel->splits;
-      if (n < 2 || !(pixel_spread < INFINITY)) {
+      if (pixel->splits > 0) {
+        excess += (double)pixel->split_excess;
+        splits += (double)pixel->splits;
+      }
+      if (!(pixel_spread < limit)) {
         block->unknown++;
         continue;
       }
       spread += pixel_spread;
       squares += pixel_spread * pixel_spread;
       for (int axis = 0; axis < 3; axis++) mean[axis] += pixel->passes.mean[axis];
-      if (sums->display) {
-        double error = pixel_spread > 0 ? pk_pass_shown_error(sums, index, n) : 0; /* rounding is none */
-        shown += error;
+      if (has_display) {
+        double error = pixel_spread > 0 ? pk_pass_shown_error(sums, (size_t)(pixel - sums->pixels), n) : 0;
+        shown += error; /* what is rounded alone has none */
         shown_squares += error * error;
       }
     }
+  }
 
   squares *= to_error * to_error;
   cell->variance = spread * to_error * n;
@@ -24152,7 +24160,7 @@ static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t
 }
 
 /* Sums the errors of a row of blocks; a task. */
-PK_COLD void pk_pass_sum_errors(void *arg, size_t row) {
+PK_HOT void pk_pass_sum_errors(void *arg, size_t row) {
   const pk_pass_sums *sums = PK_CAST(const pk_pass_sums *, arg);
   uint32_t first = (uint32_t)row * PK_BLOCK_CELLS;
   pk_pass_block *blocks = &sums->blocks[row * sums->columns];

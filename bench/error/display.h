@@ -2,34 +2,13 @@
    passes save that lower it.
 
    Uniform pictures are compared in two ways: as passes, which know their error, and as one set of samples, which does
-   not, and has less of it. The sRGB curve here is the one by pow, not the library's.
+   not, and has less of it. The sRGB curve of the truth is the one by pow (see error.h), not the library's.
 
-   Contents: truth, estimates, time, report, checks. */
+   Contents: estimates, time, report, checks. */
 #ifndef ERROR_DISPLAY_H
 #define ERROR_DISPLAY_H
 
 #include "estimates.h"
-
-/* >>truth ---------------------------------------------------------------------------------------------------------- */
-
-static double screen_value(double v) {
-  if (!(v > 0)) return 0;
-  if (v >= 1) return 1;
-  return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
-}
-
-/* Returns the mean squared error as shown of a channel of the last shot. What the truth itself is off by is subtracted:
-   what it would show a standard deviation up or down. */
-static double shown_error(const stage *g) {
-  const size_t n = stage_pixels(g) * 3;
-  double sum = 0;
-  for (size_t i = 0; i < n; i++) {
-    const double truth = g->truth[i], shown = screen_value(truth), doubt = g->doubt ? sqrt(g->doubt[i / 3] / 3) : 0;
-    sum += square(screen_value((double)g->pixels[i]) - shown);
-    sum -= 0.5 * (square(screen_value(truth + doubt) - shown) + square(screen_value(truth - doubt) - shown));
-  }
-  return sum / (double)n;
-}
 
 /* >>estimates ------------------------------------------------------------------------------------------------------ */
 

@@ -123,6 +123,18 @@ EX_UNUSED static void stage_open(stage *g, const char *name, pktrt_mode mode, ui
   g->view.environment = g->made.environment;
 }
 
+/* A scene that `make` adds, for pictures by DRT, without its truth. *g must stay where it is. */
+EX_UNUSED static void stage_open_made(
+    stage *g, const char *name, void (*make)(stage *), uint32_t width, uint32_t height) {
+  memset(g, 0, sizeof *g);
+  snprintf(g->name, sizeof g->name, "%s", name);
+  stage_world(g);
+  stage_room(g, width, height);
+  g->view.mode = PKTRT_MODE_DRT;
+  make(g);
+  if (pktrt_commit(g->world)) fatal(pktrt_last_error(g->world));
+}
+
 EX_UNUSED static void stage_close(stage *g) {
   pktrt_scene_destroy(g->world);
   ex_threads_stop(&g->threads);
@@ -218,6 +230,27 @@ EX_UNUSED static void take_shot(stage *g, const shot *s, outcome *o) {
   for (uint32_t i = 0; g->columns && i < stage_blocks(g); i++) render_block(g, &d, i);
   o->seconds = cpu_seconds() - start;
   true_errors(g, &o->mse, &o->relative);
+}
+
+/* >>truth ---------------------------------------------------------------------------------------------------------- */
+
+EX_UNUSED static double screen_value(double v) {
+  if (!(v > 0)) return 0;
+  if (v >= 1) return 1;
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
+}
+
+/* Returns the mean squared error as shown of a channel of the last shot. What the truth itself is off by is subtracted:
+   what it would show a standard deviation up or down. */
+EX_UNUSED static double shown_error(const stage *g) {
+  const size_t n = stage_pixels(g) * 3;
+  double sum = 0;
+  for (size_t i = 0; i < n; i++) {
+    const double truth = g->truth[i], shown = screen_value(truth), doubt = g->doubt ? sqrt(g->doubt[i / 3] / 3) : 0;
+    sum += square(screen_value((double)g->pixels[i]) - shown);
+    sum -= 0.5 * (square(screen_value(truth + doubt) - shown) + square(screen_value(truth - doubt) - shown));
+  }
+  return sum / (double)n;
 }
 
 /* >>references ----------------------------------------------------------------------------------------------------- */

@@ -326,13 +326,9 @@ enum { HARD_SCENES = sizeof hard_scenes / sizeof *hard_scenes };
 
 /* Opens one of them for pictures by DRT. *g must stay where it is. */
 static void hard_open(stage *g, unsigned which, uint32_t width, uint32_t height) {
-  memset(g, 0, sizeof *g);
-  snprintf(g->name, sizeof g->name, "hard %s", hard_scenes[which].name);
-  stage_world(g);
-  stage_room(g, width, height);
-  g->view.mode = PKTRT_MODE_DRT;
-  hard_scenes[which].make(g);
-  if (pktrt_commit(g->world)) fatal(pktrt_last_error(g->world));
+  char name[sizeof g->name];
+  snprintf(name, sizeof name, "hard %s", hard_scenes[which].name);
+  stage_open_made(g, name, hard_scenes[which].make, width, height);
 }
 
 #endif /* ERROR_HARD_H */

@@ -293,13 +293,7 @@ static void small_open(stage *g, unsigned which, uint32_t width, uint32_t height
     stage_open(g, small_built_in[which - SMALL_MADE], PKTRT_MODE_DRT, width, height);
     return;
   }
-  memset(g, 0, sizeof *g);
-  snprintf(g->name, sizeof g->name, "%s", small_scenes[which].name);
-  stage_world(g);
-  stage_room(g, width, height);
-  g->view.mode = PKTRT_MODE_DRT;
-  small_scenes[which].make(g);
-  if (pktrt_commit(g->world)) fatal(pktrt_last_error(g->world));
+  stage_open_made(g, small_scenes[which].name, small_scenes[which].make, width, height);
 }
 
 #endif /* ERROR_SMALL_H */

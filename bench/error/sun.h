@@ -125,8 +125,7 @@ static void part_sun(bench *b) {
   csv(&b->out, "half_angle,form,samples,rmse,ratio,low,high,seconds\n");
   say(&b->out,
       "%d x %d pixels, %d samples, %d seeds, one thread; the time has that of the table, but of suns below 0.2 "
-      "degrees, which "
-      "were prepared:\n\n"
+      "degrees, which were prepared:\n\n"
       "| half-angle | form | RMSE | over the sphere's | time over the sphere's |\n|--:|---|--:|--:|--:|\n",
       (int)SUN_WIDTH, (int)SUN_HEIGHT, (int)SUN_SAMPLES, (int)SUN_SEEDS);
 

@@ -28,7 +28,6 @@ static void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, pktr
 
 #include "closed.h"
 #include "version.h"
-#include <math.h>
 
 #define TEXT_(x) #x
 #define TEXT(x) TEXT_(x)
@@ -47,28 +46,6 @@ typedef struct opened {
   stage g;
   bool adaptive, shown; /* see request */
 } opened;
-
-/* Returns what a screen shows, from 0 for black to 1 for white: sRGB, cut off. */
-static double shown_value(double x) {
-  if (!(x > 0)) return 0;
-  if (x >= 1) return 1;
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
-}
-
-/* Returns the squared error of a channel of the last picture as shown. That of the truth is its error times the slope of the
-   curve around it. */
-static double shown_error(const stage *g) {
-  double sum = 0;
-  const size_t pixels = stage_pixels(g);
-  for (size_t i = 0; i < pixels; i++) {
-    const double off = g->doubt ? sqrt(g->doubt[i] / 3) : 0;
-    for (size_t c = 3 * i; c < 3 * i + 3; c++) {
-      const double truth = g->truth[c], half = 0.5 * (shown_value(truth + off) - shown_value(truth - off));
-      sum += square(shown_value((double)g->pixels[c]) - shown_value(truth)) - half * half;
-    }
-  }
-  return sum / (3 * (double)pixels);
-}
 
 static void *open_scene(const request *r) {
   opened *o = (opened *)calloc(1, sizeof *o);

@@ -1056,8 +1056,8 @@ typedef struct pktrt_render_desc {
   double time_budget;
   /* Gives passes to cells of 8 pixels (of 4 x 4 every other one) by the error of the cells around: two to all of them,
      then in rounds where they lower the picture's error most. `passes` is then a mean over pixels, to within 0.1 or a
-     pass of one square, whichever is more. No cell is judged by its own light, so that means have hardly any bias;
-     intervals are wider than those of uniform passes. */
+     pass of one square, whichever is more. No cell is judged by its own light, so that means have hardly any bias (by
+     PKTRT_ERROR_DISPLAY cells are: means become 0.1% darker); intervals are wider than those of uniform passes. */
   bool adaptive;
   /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
   bool (*pass)(void *user, const pktrt_report *);
@@ -2010,7 +2010,7 @@ enum {
   256 /* packets of rays after which a tile calls the progress hook, some milliseconds: more answer later */
 #endif
 #ifndef PK_RELIABLE_DEVIATION
-#define PK_RELIABLE_DEVIATION 0.4 /* of the squared error: estimates that are less certain are unreliable */
+#define PK_RELIABLE_DEVIATION 0.44 /* of the squared error: estimates that are less certain are unreliable */
 #endif
 #ifndef PK_RELIABLE_PASSES
 #define PK_RELIABLE_PASSES 8 /* with fewer, no bound of an unreliable estimate meets a target */
@@ -2025,6 +2025,9 @@ enum {
 #define PK_ADAPT_SMOOTHING \
   0.5 /* share of a cell's variance that the 8 squares around it give: more finds rare light, and blurs */
 #endif
+#ifndef PK_ADAPT_DISPLAY_SMOOTHING
+#define PK_ADAPT_DISPLAY_SMOOTHING 0.1 /* the same for errors as shown, where cells judge themselves, too */
+#endif
 #ifndef PK_ADAPT_LEAST_DEVIATION
 #define PK_ADAPT_LEAST_DEVIATION \
   0.4 /* of the mean: what any cell has, as light not seen so far may yet come; 1: uniform passes */
@@ -2032,6 +2035,10 @@ enum {
 #ifndef PK_ADAPT_DOUBT
 #define PK_ADAPT_DOUBT \
   1.5 /* the deviation of adaptive estimates, times this: light that no pass has met is more of their error */
+#endif
+#ifndef PK_ADAPT_LEAST_DOUBT
+#define PK_ADAPT_LEAST_DOUBT \
+  0.5 /* the deviation by which intervals of adaptive estimates reach out at least: more hold the truth, and say less */
 #endif
 #ifndef PK_ADAPT_ROUND
 #define PK_ADAPT_ROUND \
@@ -24149,12 +24156,12 @@ static void pk_pass_sum_cell(const pk_pass_sums *sums, uint32_t column, uint32_t
   block->pixels += cell->pixels;
   block->error[0] += spread * to_error;
   block->squares += squares;
-  block->variance += squares * 2 * n / (n + 1); /* step 2 of "Errors of pictures" */
+  block->variance += 2 * squares; /* step 2 of "Errors of pictures" */
   if (sums->display) {
     cell->variance = shown * n;
     block->shown[0] += shown;
     block->shown[1] += shown_squares;
-    block->shown[2] += shown_squares * 2 * n / (n + 1);
+    block->shown[2] += 2 * shown_squares;
   }
   for (int axis = 0; axis < 3; axis++) block->mean[axis] += mean[axis] * inverse_n;
 }
@@ -24181,6 +24188,7 @@ static double pk_pass_write_interval(
   if (adaptive) deviation *= PK_ADAPT_DOUBT;
   report->effective_pixels[measure] = squares > 0 ? error * error / squares : 0;
   report->unreliable[measure] = !(error < INFINITY) || !(deviation <= PK_RELIABLE_DEVIATION) || !(known > 0);
+  if (adaptive) deviation = pk_max(deviation, PK_ADAPT_LEAST_DOUBT);
   return deviation + sqrt(1 + deviation * deviation);
 }
 
@@ -24252,7 +24260,8 @@ static double pk_pass_error(const pktrt_report *report, pktrt_error_measure meas
 
 /* Returns s / c of a cell, as its neighbours have it: the other cell of its square, and the 8 squares around. A cell
    that judged itself would get passes by its luck: light that it has met would be diluted, light that it has missed
-   would stay missing, and the mean would be too low. */
+   would stay missing, and the mean would be too low. A screen clamps rare light, so for errors as shown cells do judge
+   themselves, together with the other cell. */
 static double pk_pass_smooth_variance(const pk_pass_sums *sums, uint32_t column, uint32_t row) {
   const pk_pass_cell *other = &sums->cells[(size_t)row * sums->cell_columns + (column ^ 1)];
   uint32_t left = column & ~1u;
@@ -24267,8 +24276,14 @@ static double pk_pass_smooth_variance(const pk_pass_sums *sums, uint32_t column,
     }
 
   double around = pixels > 0 ? sum / pixels : 0, beside = other->pixels ? other->variance / other->pixels : around;
+  double smoothing = PK_ADAPT_SMOOTHING;
+  if (sums->display) {
+    const pk_pass_cell *own = &sums->cells[(size_t)row * sums->cell_columns + column];
+    beside = (other->variance + own->variance) / (double)(other->pixels + own->pixels);
+    smoothing = PK_ADAPT_DISPLAY_SMOOTHING;
+  }
   if (!(pixels > 0)) around = beside;
-  return (1 - PK_ADAPT_SMOOTHING) * beside + PK_ADAPT_SMOOTHING * around;
+  return (1 - smoothing) * beside + smoothing * around;
 }
 
 /* Sets the deviation q of all cells, but to at least a share of the mean, as light not seen so far may yet come. If

@@ -321,7 +321,7 @@ static void expect(const film *single, uint32_t n, formula *f) {
     squares[0] += own[b], squares[1] += own[b] / (b2 * b2);
   }
   for (int k = 0; k < 2; k++) {
-    const double all = k ? weighted : sum, off = sqrt(2. * n / (n + 1) * squares[k]) / all;
+    const double all = k ? weighted : sum, off = sqrt(2 * squares[k]) / all;
     f->effective[k] = all * all / squares[k], factor[k] = off + sqrt(1 + off * off);
   }
   f->rmse = sqrt(sum / known / 3), f->relative = weighted / known;

@@ -864,8 +864,8 @@ typedef enum pktrt_branching {
 typedef enum pktrt_light_choice {
   PKTRT_LIGHTS_ALL = 0,
   PKTRT_LIGHTS_ONE_DEEPER, /* all where a primary ray ends; deeper as ONE: fewer rays, more noise */
-  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, chosen by power, distance, facing
-     and by the lobe of a glossy surface. */
+  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, of 512 or more 32, chosen by power,
+     distance, facing and by the lobe of a glossy surface. */
   PKTRT_LIGHTS_ONE
 } pktrt_light_choice;
 
@@ -1971,19 +1971,23 @@ enum {
 #define PK_LIGHT_CELLS 32 /* surfaces share a cut in cells of the radius of all lights over this */
 #endif
 #ifndef PK_LIGHT_ASKED
-/* Lights that a surface asks in place of all, at least and at most, and at how many lights one more. To weigh 1,000 takes
-   as long as to ask 30: more asked are less noise in the same time, but a sample takes longer. */
+/* Lights that a surface asks in place of all, at least. To weigh 1,000 takes as long as to ask 30: more are less noise in
+   the same time, but a sample takes longer. */
 #define PK_LIGHT_ASKED 8
-#define PK_LIGHT_ASKED_MOST 32
-#define PK_LIGHT_ASKED_PER 16
+#endif
+#ifndef PK_LIGHT_ASKED_MOST
+#define PK_LIGHT_ASKED_MOST 32 /* at most; takes memory */
+#endif
+#ifndef PK_LIGHT_ASKED_PER
+#define PK_LIGHT_ASKED_PER 16 /* between these, one of so many lights is asked */
 #endif
 #ifndef PK_LIGHT_MANY
 #define PK_LIGHT_MANY 32 /* with fewer lights a surface asks one of them */
 #endif
 #ifndef PK_LIGHT_SMALL
-/* Exponent times squared sine of a lamp's radius: where many lamps are all smaller, the lobe is about even over each, and
-   its drawn direction is not asked what it meets: a sixth of the time. Larger ones make noise if only sampled. */
-#define PK_LIGHT_SMALL 1
+/* Exponent of a lobe times the squared sine of a light's radius. If none of many lights is above it, the lobe is about
+   even over each, and its drawn direction is not looked in: a sixth less time. A larger bound adds noise. */
+#define PK_LIGHT_SMALL 4
 #endif
 #ifndef PK_CURVED_COSINE2
 #define PK_CURVED_COSINE2 0.9996f /* squared cosine: vertex normals deviate by more than 0.02, and are seen as smooth */
@@ -14025,8 +14029,8 @@ PK_COLD_V4 bool pk_light_sample_all(const pktrt_light *light, const pk_light_tar
 }
 
 /* Weighs rows of eight lights or clusters, see pk_light_eight, for a surface: by power, projected area over squared
-   distance, and by the cosine and the lobe at the surface. Down each lane, `sums` add up the weights. Returns the largest
-   sine of a radius, if there is a lobe. */
+   distance, and by the cosine and the lobe at the surface. Down each lane, `sums` add up the weights. Returns the
+   largest sine of a radius, if there is a lobe. */
 PK_NOINLINE float pk_light_weigh(const float *values, uint32_t rows, const pk_light_asker *from, double *sums) {
   float8 zero = vset(0), one = vset(1), least = vset((float)PK_LIGHT_LEAST), widest = zero;
   double8 sum = dset(0);
@@ -18796,7 +18800,7 @@ typedef struct pk_light_chooser {
   pk_light_cut cuts[PK_LIGHT_CUTS];
   pk_light_chosen chosen[PK_LIGHT_ASKED_MOST + 1]; /* the last: what directions of lobes meet */
   uint32_t met[PK_BATCH];                          /* how many lights each lobe has met so far; NONE: all */
-  double sums[PK_LIGHT_CUT];                  /* of weights, down each lane of rows of eight */
+  double sums[PK_LIGHT_CUT];                       /* of weights, down each lane of rows of eight */
 } pk_light_chooser;
 
 /* Rows and columns of a refined block, a power of two: of 0.02 degrees with 512 rows of cells, then of 0.0014. */
@@ -20753,8 +20757,10 @@ PK_COLD bool pk_light_prepare_environment(pk_render_state *render) {
    area that would have it at radiance 1. A surface weighs up to PK_LIGHT_CUT lights, or clusters, for what they add to
    its diffuse part and to its lobe (pk_light_weigh). It chooses some of these, and in a cluster goes on by eighths.
    Each weight is positive. A light that is infinitely far counts as much as the tree.
-     A lobe also finds all lights that its drawn direction meets. With n, the number of times that a light is chosen in
-   the mean, samples of the light and the lobe share its light by the densities n q and p, see >>direct. */
+     A lobe also finds all lights that its drawn direction meets, unless there are many and all are small for it. With
+   n, the number of times that a light is chosen in the mean, samples of the light and the lobe share its light by the
+   densities n q and p, see >>direct. Where there are many, they share by the squares (the power heuristic, Veach and
+   Guibas 1995): a wide lobe, which meets a light now and then, would else add half of the variance. */
 
 /* Makes a light's leaf of the tree. */
 PK_COLD void pk_light_leaf(const pk_light_data *light, pk_light_cluster *cluster) {
@@ -20833,7 +20839,8 @@ PK_COLD bool pk_light_order(pk_render_state *render) {
   if (valid) pk_sort_keys(key, n);
   for (uint32_t i = 0; valid && i < n; i++)
     render->ordered[i] = (uint32_t)(i < render->finite ? key[i] : key[i] - (UINT64_MAX - n));
-  render->asked = n / PK_LIGHT_ASKED_PER < PK_LIGHT_ASKED ? PK_LIGHT_ASKED : n / PK_LIGHT_ASKED_PER;
+  render->asked = n / PK_LIGHT_ASKED_PER;
+  if (render->asked < PK_LIGHT_ASKED) render->asked = PK_LIGHT_ASKED;
   if (render->asked > PK_LIGHT_ASKED_MOST) render->asked = PK_LIGHT_ASKED_MOST;
   if (n < PK_LIGHT_MANY) render->asked = 1;
   if (valid && render->finite) pk_light_make_tree(render->lights, render->ordered, render->finite, render->tree);
@@ -22836,13 +22843,14 @@ static const pk_light_cut *pk_light_weigh_all(pk_tile *tile, uint32_t k, pk_ligh
   const pk_light_cut *cut = pk_light_cut_for(render, point, tile->chooser->cuts);
 
   pk_light_describe_asker(render, surfaces, k, from);
-  *widest = pk_fit_table_of(render->scene->desc.isa)
-                ->weigh_lights(cut->values[0][0], cut->rows, from, tile->chooser->sums);
+  *widest =
+      pk_fit_table_of(render->scene->desc.isa)->weigh_lights(cut->values[0][0], cut->rows, from, tile->chooser->sums);
+
   return cut;
 }
 
-/* Chooses lights for each surface. Of those that are asked, the i-th has a part of its own of the choice. Where many
-   lamps are small for a lobe, samples alone find them. */
+/* Chooses lights for each surface. Of those that are asked, the i-th has a part of its own of the choice. Many
+   lights that are small for a lobe are found by samples alone. */
 static void pk_light_choose(pk_tile *tile) {
   const pk_render_state *render = tile->render;
   const pk_surfaces *surfaces = &tile->surfaces;
@@ -25613,8 +25621,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                 - environment_width and environment_height tell the size of a sky made of pixels.
                 - Bodies with vertex normals have no black triangles where light grazes them: shadow rays that would
                   lead below a triangle start above it.
-                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many: half
-                  to a twentieth of the error of before in the same time.
+                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask 8 to 32 where there are many: a
+                  half to a twentieth of the error of before in the same time.
                 - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
                   effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).

@@ -864,7 +864,7 @@ typedef enum pktrt_branching {
 typedef enum pktrt_light_choice {
   PKTRT_LIGHTS_ALL = 0,
   PKTRT_LIGHTS_ONE_DEEPER, /* all where a primary ray ends; deeper as ONE: fewer rays, more noise */
-  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, of 512 or more 32, chosen by power,
+  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, on gloss up to 32, chosen by power,
      distance, facing and by the lobe of a glossy surface. */
   PKTRT_LIGHTS_ONE
 } pktrt_light_choice;
@@ -1971,15 +1971,15 @@ enum {
 #define PK_LIGHT_CELLS 32 /* surfaces share a cut in cells of the radius of all lights over this */
 #endif
 #ifndef PK_LIGHT_ASKED
-/* Lights that a surface asks in place of all, at least. To weigh 1,000 takes as long as to ask 30: more are less noise in
-   the same time, but a sample takes longer. */
-#define PK_LIGHT_ASKED 8
+#define PK_LIGHT_ASKED 8 /* lights that a surface asks in place of all: more is less noise, and more time */
 #endif
 #ifndef PK_LIGHT_ASKED_MOST
-#define PK_LIGHT_ASKED_MOST 32 /* at most; takes memory */
+/* A surface with a lobe asks one of PK_LIGHT_ASKED_PER lights, but at most so many: to weigh 1,000 takes as long as to ask
+   30. On matt surfaces shadows make noise that more lights do not lessen. */
+#define PK_LIGHT_ASKED_MOST 32
 #endif
 #ifndef PK_LIGHT_ASKED_PER
-#define PK_LIGHT_ASKED_PER 16 /* between these, one of so many lights is asked */
+#define PK_LIGHT_ASKED_PER 16
 #endif
 #ifndef PK_LIGHT_MANY
 #define PK_LIGHT_MANY 32 /* with fewer lights a surface asks one of them */
@@ -18920,7 +18920,7 @@ struct pk_render_state {
   pk_light_cluster *tree;      /* over lights that are not infinitely far, as `ordered`; NULL: all are asked */
   uint32_t *ordered;           /* the lights of the tree, then the others */
   uint32_t finite;             /* the number of lights in the tree */
-  uint32_t asked;              /* how many a surface asks in place of all */
+  uint32_t asked[2];           /* how many a surface asks in place of all, without a lobe and with one */
   bool shown;                  /* some lights are visible */
   bool splits;                 /* passes find out where following both rays at the first glass pays off */
   bool two_ways;               /* both samples and lobes may find some lights */
@@ -20839,10 +20839,9 @@ PK_COLD bool pk_light_order(pk_render_state *render) {
   if (valid) pk_sort_keys(key, n);
   for (uint32_t i = 0; valid && i < n; i++)
     render->ordered[i] = (uint32_t)(i < render->finite ? key[i] : key[i] - (UINT64_MAX - n));
-  render->asked = n / PK_LIGHT_ASKED_PER;
-  if (render->asked < PK_LIGHT_ASKED) render->asked = PK_LIGHT_ASKED;
-  if (render->asked > PK_LIGHT_ASKED_MOST) render->asked = PK_LIGHT_ASKED_MOST;
-  if (n < PK_LIGHT_MANY) render->asked = 1;
+  uint32_t asked = n < PK_LIGHT_MANY ? 1 : PK_LIGHT_ASKED, part = n / PK_LIGHT_ASKED_PER;
+  render->asked[0] = asked;
+  render->asked[1] = part < asked ? asked : part < PK_LIGHT_ASKED_MOST ? part : PK_LIGHT_ASKED_MOST;
   if (valid && render->finite) pk_light_make_tree(render->lights, render->ordered, render->finite, render->tree);
   PK_FREE(&scene->desc, key, n);
 
@@ -20965,6 +20964,7 @@ static uint32_t pk_light_choose_entry(
   return lane * rows + row;
 }
 
+PK_STATIC_ASSERT(lobes_ask_more, PK_LIGHT_ASKED <= PK_LIGHT_ASKED_MOST);
 PK_STATIC_ASSERT(cut_holds_clusters, PK_LIGHT_CLUSTERS <= PK_LIGHT_CUT && PK_LIGHT_CUT % 8 == 0);
 
 /* Replaces a span of the tree by up to eight parts. Returns their number. */
@@ -22849,18 +22849,27 @@ static const pk_light_cut *pk_light_weigh_all(pk_tile *tile, uint32_t k, pk_ligh
   return cut;
 }
 
+/* Returns how many lights surface k asks in place of all. */
+static uint32_t pk_light_asked_by(const pk_render_state *render, const pk_surfaces *surfaces, uint32_t k) {
+  return render->asked[pk_light_sees_lobe(render, surfaces, k)];
+}
+
 /* Chooses lights for each surface. Of those that are asked, the i-th has a part of its own of the choice. Many
-   lights that are small for a lobe are found by samples alone. */
-static void pk_light_choose(pk_tile *tile) {
+   lights that are small for a lobe are found by samples alone. Returns how many are asked at most. */
+static uint32_t pk_light_choose(pk_tile *tile) {
   const pk_render_state *render = tile->render;
   const pk_surfaces *surfaces = &tile->surfaces;
   pk_light_chooser *chooser = tile->chooser;
   uint32_t infinite = render->scene->light_count - render->finite, parts = infinite + (render->finite > 0);
-  bool many = render->asked > 1 && render->finite;
+  uint32_t most = render->asked[0];
+  bool many = most > 1 && render->finite;
 
   pk_tile_draw_all(tile, 3, 1);
+  for (uint32_t k = 0; k < surfaces->count && most < render->asked[1]; k++)
+    most = pk_light_asked_by(render, surfaces, k);
 
   for (uint32_t k = 0; k < surfaces->count; k++) {
+    uint32_t asked = pk_light_asked_by(render, surfaces, k);
     const pk_light_cut *cut = NULL;
     pk_light_asker from;
     float widest;
@@ -22872,13 +22881,13 @@ static void pk_light_choose(pk_tile *tile) {
       if (from.exponent * widest * widest <= PK_LIGHT_SMALL) chooser->met[k] = PKTRT_NONE;
     }
 
-    for (uint32_t i = 0; i < render->asked; i++) {
+    for (uint32_t i = 0; i < most; i++) {
       pk_light_chosen *chosen = &chooser->chosen[i];
-      double u = ((double)tile->draws.u[3][k] + i) / render->asked * parts, share = (double)parts / render->asked;
+      double u = ((double)tile->draws.u[3][k] + i) / asked * parts, share = (double)parts / asked;
       uint32_t place = pk_light_bin(u, parts);
 
       chosen->light[k] = PKTRT_NONE;
-      if (!lit) continue;
+      if (!lit || i >= asked) continue;
 
       if (place == infinite) {
         u -= infinite;
@@ -22892,6 +22901,8 @@ static void pk_light_choose(pk_tile *tile) {
   }
 
   pk_tile_draw_all(tile, 4, 2);
+
+  return most;
 }
 
 /* Which lights the surfaces sample in one step. Steps go through the lights of a scene; or, where each surface chooses
@@ -23086,7 +23097,7 @@ static bool pk_light_find_met(pk_tile *tile) {
   for (uint32_t k = 0; k < surfaces->count; k++) {
     uint32_t met = chooser->met[k];
     float direction[3] = {surfaces->lobe[0][k], surfaces->lobe[1][k], surfaces->lobe[2][k]};
-    double share = (double)parts / render->asked;
+    double share = (double)parts / pk_light_asked_by(render, surfaces, k);
     pk_light_view view;
     pk_light_asker asker;
 
@@ -23114,12 +23125,13 @@ static bool pk_light_find_met(pk_tile *tile) {
 /* Takes a light that is infinitely far for all surfaces. Returns false if no direction meets it. */
 static bool pk_light_find_sun(pk_tile *tile, uint32_t light) {
   const pk_render_state *render = tile->render;
+  const pk_surfaces *surfaces = &tile->surfaces;
   pk_light_chosen *chosen = &tile->chooser->chosen[PK_LIGHT_ASKED_MOST];
   uint32_t parts = render->scene->light_count - render->finite + (render->finite > 0);
 
-  for (uint32_t k = 0; k < tile->surfaces.count; k++) {
+  for (uint32_t k = 0; k < surfaces->count; k++) {
     chosen->light[k] = light;
-    chosen->share[k] = (double)parts / render->asked;
+    chosen->share[k] = (double)parts / pk_light_asked_by(render, surfaces, k);
   }
 
   return render->lights[light].row->meet != NULL;
@@ -23323,12 +23335,12 @@ PK_NOINLINE void pk_light_add_direct(pk_tile *tile, uint32_t depth) {
   bool lobes = render->follow && render->distribute && pk_render_uses(render, PKTRT_FEATURE_GLOSS);
   bool one = pk_light_asks_one(render, depth);
   pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
-  uint32_t lights = render->scene->light_count, looks = one && lights ? 2 * render->asked : lights;
+  uint32_t lights = render->scene->light_count, looks = lights;
 
   tile->has_through = lobes && !one && render->passes_glass;
-  tile->light_samples.squares = one && render->asked > 1;
+  tile->light_samples.squares = one && render->asked[0] > 1;
   pk_light_set_shadow_rows(tile, at_once);
-  if (one && lights) pk_light_choose(tile);
+  if (one && lights) looks = 2 * pk_light_choose(tile);
 
   for (uint32_t i = 0; i < looks; i++) {
     bool infinite = one && i % 2 == 0;
@@ -25621,8 +25633,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                 - environment_width and environment_height tell the size of a sky made of pixels.
                 - Bodies with vertex normals have no black triangles where light grazes them: shadow rays that would
                   lead below a triangle start above it.
-                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask 8 to 32 where there are many: a
-                  half to a twentieth of the error of before in the same time.
+                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many, on gloss
+                  8 to 32: half to a twentieth of the error of before in the same time.
                 - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
                   effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).

@@ -864,7 +864,7 @@ typedef enum pktrt_branching {
 typedef enum pktrt_light_choice {
   PKTRT_LIGHTS_ALL = 0,
   PKTRT_LIGHTS_ONE_DEEPER, /* all where a primary ray ends; deeper as ONE: fewer rays, more noise */
-  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, on gloss up to 32, chosen by power,
+  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, on gloss up to 64, chosen by power,
      distance, facing and by the lobe of a glossy surface. */
   PKTRT_LIGHTS_ONE
 } pktrt_light_choice;
@@ -1976,7 +1976,7 @@ enum {
 #ifndef PK_LIGHT_ASKED_MOST
 /* A surface with a lobe asks one of PK_LIGHT_ASKED_PER lights, but at most so many: to weigh 1,000 takes as long as to ask
    30. On matt surfaces shadows make noise that more lights do not lessen. */
-#define PK_LIGHT_ASKED_MOST 32
+#define PK_LIGHT_ASKED_MOST 64
 #endif
 #ifndef PK_LIGHT_ASKED_PER
 #define PK_LIGHT_ASKED_PER 16
@@ -25634,7 +25634,7 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                 - Bodies with vertex normals have no black triangles where light grazes them: shadow rays that would
                   lead below a triangle start above it.
                 - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many, on gloss
-                  8 to 32: half to a twentieth of the error of before in the same time.
+                  8 to 64: half to a twentieth of the error of before in the same time.
                 - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
                   effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).

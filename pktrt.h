@@ -1974,8 +1974,8 @@ enum {
 #define PK_LIGHT_ASKED 8 /* lights that a surface asks in place of all: more is less noise, and more time */
 #endif
 #ifndef PK_LIGHT_ASKED_MOST
-/* A surface with a lobe asks one of PK_LIGHT_ASKED_PER lights, but at most so many: to weigh 1,000 takes as long as to ask
-   30. On matt surfaces shadows make noise that more lights do not lessen. */
+/* A surface with a lobe asks one of PK_LIGHT_ASKED_PER lights, but at most so many: to weigh 1,000 takes as long as to
+   ask 30. On matt surfaces shadows make noise that more lights do not lessen. */
 #define PK_LIGHT_ASKED_MOST 64
 #endif
 #ifndef PK_LIGHT_ASKED_PER
@@ -25633,8 +25633,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                 - environment_width and environment_height tell the size of a sky made of pixels.
                 - Bodies with vertex normals have no black triangles where light grazes them: shadow rays that would
                   lead below a triangle start above it.
-                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many, on gloss
-                  8 to 64: half to a twentieth of the error of before in the same time.
+                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many, on
+                  gloss 8 to 64: half to a twentieth of the error of before in the same time.
                 - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
                   effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).

@@ -864,8 +864,8 @@ typedef enum pktrt_branching {
 typedef enum pktrt_light_choice {
   PKTRT_LIGHTS_ALL = 0,
   PKTRT_LIGHTS_ONE_DEEPER, /* all where a primary ray ends; deeper as ONE: fewer rays, more noise */
-  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, chosen by power, distance, facing
-     and by the lobe of a glossy surface. */
+  /* For scenes of many lights: one for all everywhere, of 32 lights or more eight, on gloss up to 64, chosen by power,
+     distance, facing and by the lobe of a glossy surface. */
   PKTRT_LIGHTS_ONE
 } pktrt_light_choice;
 
@@ -1973,8 +1973,21 @@ enum {
 #ifndef PK_LIGHT_ASKED
 #define PK_LIGHT_ASKED 8 /* lights that a surface asks in place of all: more is less noise, and more time */
 #endif
+#ifndef PK_LIGHT_ASKED_MOST
+/* A surface with a lobe asks one of PK_LIGHT_ASKED_PER lights, but at most so many: to weigh 1,000 takes as long as to
+   ask 30. On matt surfaces shadows make noise that more lights do not lessen. */
+#define PK_LIGHT_ASKED_MOST 64
+#endif
+#ifndef PK_LIGHT_ASKED_PER
+#define PK_LIGHT_ASKED_PER 16
+#endif
 #ifndef PK_LIGHT_MANY
 #define PK_LIGHT_MANY 32 /* with fewer lights a surface asks one of them */
+#endif
+#ifndef PK_LIGHT_SMALL
+/* Exponent of a lobe times the squared sine of a light's radius. If none of many lights is above it, the lobe is about
+   even over each, and its drawn direction is not looked in: a sixth less time. A larger bound adds noise. */
+#define PK_LIGHT_SMALL 4
 #endif
 #ifndef PK_CURVED_COSINE2
 #define PK_CURVED_COSINE2 0.9996f /* squared cosine: vertex normals deviate by more than 0.02, and are seen as smooth */
@@ -2729,7 +2742,7 @@ typedef struct pk_fit_table {
 #ifndef PKTRT_NO_RENDER
   bool (*sample_light)(const pktrt_light *, const struct pk_light_target *, const float *u, const float *v,
       const struct pk_surfaces *, struct pk_light_samples *);
-  void (*weigh_lights)(const float *values, uint32_t rows, const struct pk_light_asker *, double *sums);
+  float (*weigh_lights)(const float *values, uint32_t rows, const struct pk_light_asker *, double *sums);
   void (*meet_lights)(
       const float *values, uint32_t rows, const struct pk_light_asker *, const float direction[3], uint8_t *met);
 #endif
@@ -8056,6 +8069,7 @@ typedef struct pk_light_samples {
   double factor[PK_BATCH];     /* irradiance of a surface that faces it, for radiance or intensity 1 */
   float arriving[3][PK_BATCH]; /* radiance or intensity */
   float shared[PK_BATCH]; /* samples and rays of lobes share the light: 1 / strength; 0: samples only; -1: rays only */
+  bool squares;           /* they share it by squares of their densities */
 } pk_light_samples;
 
 typedef struct pk_light_target {  /* one light as the target of shadow rays */
@@ -14022,9 +14036,10 @@ PK_COLD_V4 bool pk_light_sample_all(const pktrt_light *light, const pk_light_tar
 }
 
 /* Weighs rows of eight lights or clusters, see pk_light_eight, for a surface: by power, projected area over squared
-   distance, and by the cosine and the lobe at the surface. Down each lane, `sums` add up the weights. */
-PK_NOINLINE void pk_light_weigh(const float *values, uint32_t rows, const pk_light_asker *from, double *sums) {
-  float8 zero = vset(0), one = vset(1), least = vset((float)PK_LIGHT_LEAST);
+   distance, and by the cosine and the lobe at the surface. Down each lane, `sums` add up the weights. Returns the
+   largest sine of a radius, if there is a lobe. */
+PK_NOINLINE float pk_light_weigh(const float *values, uint32_t rows, const pk_light_asker *from, double *sums) {
+  float8 zero = vset(0), one = vset(1), least = vset((float)PK_LIGHT_LEAST), widest = zero;
   double8 sum = dset(0);
 
   for (uint32_t row = 0; row < rows; row++, values += 8 * PK_LIGHT_VALUES) {
@@ -14059,6 +14074,7 @@ PK_NOINLINE void pk_light_weigh(const float *values, uint32_t rows, const pk_lig
 
     if (PK_GLOSS && from->lobe > 0) {
       float8 off[3];
+      widest = vmax(widest, sine);
       PK_UNROLL_V8 for (int k = 0; k < 3; k++) off[k] = vsub(vmul(to[k], inverse), vset(from->mirror[k]));
       /* The lobe's mean over the light, as of bells of the variances 1 / exponent and sine^2 / 4 along each axis; with
          c^2 = off^2, log cos^n <= -n (c^2 / 2 + c^4 / 8), and exp(-x) <= (1 + x / 32)^-32. */
@@ -14073,6 +14089,12 @@ PK_NOINLINE void pk_light_weigh(const float *values, uint32_t rows, const pk_lig
     sum = dadd(sum, dfrom(vmul(vmul(arriving, vmul(inverse, inverse)), weight)));
     dstore(sums + 8 * row, sum);
   }
+
+  float sine[8], most = 0;
+  vstore(sine, widest);
+  for (int k = 0; k < 8; k++) most = pk_maxf(most, sine[k]);
+
+  return most;
 }
 
 /* Clears the bits in `met` of those lights or clusters whose sphere a ray with a unit direction from a surface surely
@@ -18783,9 +18805,9 @@ typedef struct pk_light_chosen {
 /* What a tile needs to choose lights. */
 typedef struct pk_light_chooser {
   pk_light_cut cuts[PK_LIGHT_CUTS];
-  pk_light_chosen chosen[PK_LIGHT_ASKED + 1]; /* the last: what directions of lobes meet */
-  uint32_t met[PK_BATCH];                     /* how many lights each lobe has met so far; NONE: all */
-  double sums[PK_LIGHT_CUT];                  /* of weights, down each lane of rows of eight */
+  pk_light_chosen chosen[PK_LIGHT_ASKED_MOST + 1]; /* the last: what directions of lobes meet */
+  uint32_t met[PK_BATCH];                          /* how many lights each lobe has met so far; NONE: all */
+  double sums[PK_LIGHT_CUT];                       /* of weights, down each lane of rows of eight */
 } pk_light_chooser;
 
 /* Rows and columns of a refined block, a power of two: of 0.02 degrees with 512 rows of cells, then of 0.0014. */
@@ -18905,7 +18927,7 @@ struct pk_render_state {
   pk_light_cluster *tree;      /* over lights that are not infinitely far, as `ordered`; NULL: all are asked */
   uint32_t *ordered;           /* the lights of the tree, then the others */
   uint32_t finite;             /* the number of lights in the tree */
-  uint32_t asked;              /* how many a surface asks in place of all */
+  uint32_t asked[2];           /* how many a surface asks in place of all, without a lobe and with one */
   bool shown;                  /* some lights are visible */
   bool splits;                 /* passes find out where following both rays at the first glass pays off */
   bool two_ways;               /* both samples and lobes may find some lights */
@@ -20742,8 +20764,10 @@ PK_COLD bool pk_light_prepare_environment(pk_render_state *render) {
    area that would have it at radiance 1. A surface weighs up to PK_LIGHT_CUT lights, or clusters, for what they add to
    its diffuse part and to its lobe (pk_light_weigh). It chooses some of these, and in a cluster goes on by eighths.
    Each weight is positive. A light that is infinitely far counts as much as the tree.
-     A lobe also finds all lights that its drawn direction meets. With n, the number of times that a light is chosen in
-   the mean, samples of the light and the lobe share its light by the densities n q and p, see >>direct. */
+     A lobe also finds all lights that its drawn direction meets, unless there are many and all are small for it. With
+   n, the number of times that a light is chosen in the mean, samples of the light and the lobe share its light by the
+   densities n q and p, see >>direct. Where there are many, they share by the squares (the power heuristic, Veach and
+   Guibas 1995): a wide lobe, which meets a light now and then, would else add half of the variance. */
 
 /* Makes a light's leaf of the tree. */
 PK_COLD void pk_light_leaf(const pk_light_data *light, pk_light_cluster *cluster) {
@@ -20822,7 +20846,9 @@ PK_COLD bool pk_light_order(pk_render_state *render) {
   if (valid) pk_sort_keys(key, n);
   for (uint32_t i = 0; valid && i < n; i++)
     render->ordered[i] = (uint32_t)(i < render->finite ? key[i] : key[i] - (UINT64_MAX - n));
-  render->asked = n < PK_LIGHT_MANY ? 1 : PK_LIGHT_ASKED;
+  uint32_t asked = n < PK_LIGHT_MANY ? 1 : PK_LIGHT_ASKED, part = n / PK_LIGHT_ASKED_PER;
+  render->asked[0] = asked;
+  render->asked[1] = part < asked ? asked : part < PK_LIGHT_ASKED_MOST ? part : PK_LIGHT_ASKED_MOST;
   if (valid && render->finite) pk_light_make_tree(render->lights, render->ordered, render->finite, render->tree);
   PK_FREE(&scene->desc, key, n);
 
@@ -20945,6 +20971,7 @@ static uint32_t pk_light_choose_entry(
   return lane * rows + row;
 }
 
+PK_STATIC_ASSERT(lobes_ask_more, PK_LIGHT_ASKED <= PK_LIGHT_ASKED_MOST);
 PK_STATIC_ASSERT(cut_holds_clusters, PK_LIGHT_CLUSTERS <= PK_LIGHT_CUT && PK_LIGHT_CUT % 8 == 0);
 
 /* Replaces a span of the tree by up to eight parts. Returns their number. */
@@ -20990,7 +21017,7 @@ static uint32_t pk_light_descend(const pk_render_state *render, const pk_light_c
     uint32_t count = pk_light_part(&span, part), chosen = count - 1;
     memset(values, 0, sizeof values);
     for (uint32_t i = 0; i < count; i++) pk_light_list(render, &part[i], values, i);
-    pk_fit_table_of(render->scene->desc.isa)->weigh_lights(values[0], 1, from, weights);
+    (void)pk_fit_table_of(render->scene->desc.isa)->weigh_lights(values[0], 1, from, weights);
     while (!u && part[chosen].first > place) chosen--;
     span = part[pk_light_choose_entry(weights, 1, count, u, chosen, share)];
   }
@@ -22815,36 +22842,63 @@ static void pk_light_describe_asker(
   from->diffuse = albedo + reflected * (1.0f / 1024);
 }
 
-/* Chooses lights for each surface. Of those that are asked, the i-th has a part of its own of the choice. */
-static void pk_light_choose(pk_tile *tile) {
+/* Weighs all lights that are not infinitely far for surface k. Returns their cut, and in *widest the largest sine. */
+static const pk_light_cut *pk_light_weigh_all(pk_tile *tile, uint32_t k, pk_light_asker *from, float *widest) {
+  const pk_render_state *render = tile->render;
+  const pk_surfaces *surfaces = &tile->surfaces;
+  double point[3] = {surfaces->point[0][k], surfaces->point[1][k], surfaces->point[2][k]};
+  const pk_light_cut *cut = pk_light_cut_for(render, point, tile->chooser->cuts);
+
+  pk_light_describe_asker(render, surfaces, k, from);
+  *widest =
+      pk_fit_table_of(render->scene->desc.isa)->weigh_lights(cut->values[0][0], cut->rows, from, tile->chooser->sums);
+
+  return cut;
+}
+
+/* Returns how many lights surface k asks in place of all. */
+static uint32_t pk_light_asked_by(const pk_render_state *render, const pk_surfaces *surfaces, uint32_t k) {
+  return render->asked[pk_light_sees_lobe(render, surfaces, k)];
+}
+
+/* Chooses lights for each surface. Of those that are asked, the i-th has a part of its own of the choice. Many
+   lights that are small for a lobe are found by samples alone. Returns how many are asked at most. */
+static uint32_t pk_light_choose(pk_tile *tile) {
   const pk_render_state *render = tile->render;
   const pk_surfaces *surfaces = &tile->surfaces;
   pk_light_chooser *chooser = tile->chooser;
   uint32_t infinite = render->scene->light_count - render->finite, parts = infinite + (render->finite > 0);
+  uint32_t most = render->asked[0];
+  bool many = most > 1 && render->finite;
 
   pk_tile_draw_all(tile, 3, 1);
+  for (uint32_t k = 0; k < surfaces->count && most < render->asked[1]; k++)
+    most = pk_light_asked_by(render, surfaces, k);
 
   for (uint32_t k = 0; k < surfaces->count; k++) {
+    uint32_t asked = pk_light_asked_by(render, surfaces, k);
     const pk_light_cut *cut = NULL;
     pk_light_asker from;
+    float widest;
     bool lit = pk_bit_of(surfaces->lit, k);
+    chooser->met[k] = 0;
 
-    for (uint32_t i = 0; i < render->asked; i++) {
+    if (lit && many) {
+      cut = pk_light_weigh_all(tile, k, &from, &widest);
+      if (from.exponent * widest * widest <= PK_LIGHT_SMALL) chooser->met[k] = PKTRT_NONE;
+    }
+
+    for (uint32_t i = 0; i < most; i++) {
       pk_light_chosen *chosen = &chooser->chosen[i];
-      double u = ((double)tile->draws.u[3][k] + i) / render->asked * parts, share = (double)parts / render->asked;
+      double u = ((double)tile->draws.u[3][k] + i) / asked * parts, share = (double)parts / asked;
       uint32_t place = pk_light_bin(u, parts);
 
       chosen->light[k] = PKTRT_NONE;
-      if (!lit) continue;
+      if (!lit || i >= asked) continue;
 
       if (place == infinite) {
         u -= infinite;
-        if (!cut) {
-          double point[3] = {surfaces->point[0][k], surfaces->point[1][k], surfaces->point[2][k]};
-          cut = pk_light_cut_for(render, point, chooser->cuts);
-          pk_light_describe_asker(render, surfaces, k, &from);
-          pk_fit_table_of(render->scene->desc.isa)->weigh_lights(cut->values[0][0], cut->rows, &from, chooser->sums);
-        }
+        if (!cut) cut = pk_light_weigh_all(tile, k, &from, &widest);
         place = pk_light_descend(render, cut, chooser->sums, &from, &u, 0, &share);
       } else place += render->finite;
 
@@ -22854,6 +22908,8 @@ static void pk_light_choose(pk_tile *tile) {
   }
 
   pk_tile_draw_all(tile, 4, 2);
+
+  return most;
 }
 
 /* Which lights the surfaces sample in one step. Steps go through the lights of a scene; or, where each surface chooses
@@ -22958,7 +23014,9 @@ static void pk_light_sample_one(
   }
 
   samples->factor[k] = factor * share * light->strength;
-  samples->shared[k] = pk_light_is_shared(tile, light, k) ? pk_to_float(1 / pk_max(light->strength, DBL_MIN)) : 0;
+  bool alone = !look->light && !infinite && tile->chooser->met[k] == PKTRT_NONE;
+  bool shared = !alone && pk_light_is_shared(tile, light, k);
+  samples->shared[k] = shared ? pk_to_float(1 / pk_max(light->strength, DBL_MIN)) : 0;
 
   /* The lobe's rays alone find lights that surfaces choose, and what lies behind visible lights, where they end. */
   if (pk_light_has(source, PK_LIGHT_HIT) &&
@@ -23000,7 +23058,8 @@ static void pk_light_sample_each(pk_tile *tile, const pk_light_look *look) {
 }
 
 /* Finds where drawn directions of lobes meet a light that their rays do not. With p their density, q that of the
-   light's samples and n their number, it counts 1 / (p + n q) per value of the lobe. Returns whether any do. */
+   light's samples and n their number, it counts 1 / (p + n q) per value of the lobe; p / (p^2 + (n q)^2) if squares
+   share. Returns whether any do. */
 static bool pk_light_meet_each(pk_tile *tile, const pk_light_look *look) {
   const pk_surfaces *surfaces = &tile->surfaces;
   pk_light_samples *samples = &tile->light_samples;
@@ -23024,7 +23083,8 @@ static bool pk_light_meet_each(pk_tile *tile, const pk_light_look *look) {
       samples->at[axis][k] = at[axis];
       samples->arriving[axis][k] = light->color[axis];
     }
-    samples->factor[k] = light->strength / ((double)surfaces->density[k] + 1 / (inverse * share));
+    double p = (double)surfaces->density[k], nq = 1 / (inverse * share);
+    samples->factor[k] = light->strength / (p + nq * (samples->squares ? nq / p : 1));
     any = true;
   }
 
@@ -23033,18 +23093,18 @@ static bool pk_light_meet_each(pk_tile *tile, const pk_light_look *look) {
 
 /* Finds the next light in the tree that the drawn direction of each lobe meets, and how often surfaces choose it.
    Returns false if there are no more. */
-static bool pk_light_find_met(pk_tile *tile, bool first) {
+static bool pk_light_find_met(pk_tile *tile) {
   const pk_render_state *render = tile->render;
   const pk_surfaces *surfaces = &tile->surfaces;
   pk_light_chooser *chooser = tile->chooser;
-  pk_light_chosen *chosen = &chooser->chosen[PK_LIGHT_ASKED];
+  pk_light_chosen *chosen = &chooser->chosen[PK_LIGHT_ASKED_MOST];
   uint32_t parts = render->scene->light_count - render->finite + 1;
   bool any = false;
 
   for (uint32_t k = 0; k < surfaces->count; k++) {
-    uint32_t met = first ? 0 : chooser->met[k];
+    uint32_t met = chooser->met[k];
     float direction[3] = {surfaces->lobe[0][k], surfaces->lobe[1][k], surfaces->lobe[2][k]};
-    double share = (double)parts / render->asked;
+    double share = (double)parts / pk_light_asked_by(render, surfaces, k);
     pk_light_view view;
     pk_light_asker asker;
 
@@ -23058,7 +23118,7 @@ static bool pk_light_find_met(pk_tile *tile, bool first) {
     uint32_t place = pk_light_meet_next(render, cut, &asker, &view, direction, met);
     if (place == PKTRT_NONE) continue;
 
-    pk_fit_table_of(render->scene->desc.isa)->weigh_lights(cut->values[0][0], cut->rows, &asker, chooser->sums);
+    (void)pk_fit_table_of(render->scene->desc.isa)->weigh_lights(cut->values[0][0], cut->rows, &asker, chooser->sums);
     (void)pk_light_descend(render, cut, chooser->sums, &asker, NULL, place, &share);
     chosen->light[k] = render->ordered[place];
     chosen->share[k] = share;
@@ -23072,12 +23132,13 @@ static bool pk_light_find_met(pk_tile *tile, bool first) {
 /* Takes a light that is infinitely far for all surfaces. Returns false if no direction meets it. */
 static bool pk_light_find_sun(pk_tile *tile, uint32_t light) {
   const pk_render_state *render = tile->render;
-  pk_light_chosen *chosen = &tile->chooser->chosen[PK_LIGHT_ASKED];
+  const pk_surfaces *surfaces = &tile->surfaces;
+  pk_light_chosen *chosen = &tile->chooser->chosen[PK_LIGHT_ASKED_MOST];
   uint32_t parts = render->scene->light_count - render->finite + (render->finite > 0);
 
-  for (uint32_t k = 0; k < tile->surfaces.count; k++) {
+  for (uint32_t k = 0; k < surfaces->count; k++) {
     chosen->light[k] = light;
-    chosen->share[k] = (double)parts / render->asked;
+    chosen->share[k] = (double)parts / pk_light_asked_by(render, surfaces, k);
   }
 
   return render->lights[light].row->meet != NULL;
@@ -23100,7 +23161,7 @@ static double pk_lobe_cosine(double x, double y, double z, const pk_surfaces *su
 
 /* Multiplies irradiances by the values of Phong lobes of surfaces i to i + 7 towards a light in direction `to`; 0
    for those that have none. Where samples, of density q, and the lobe, of density p, share light, samples count
-   q / (p + q) of it: with x = p / q, x becomes x / (1 + x). */
+   q / (p + q) of it: with x = p / q, x becomes x / (1 + x); x / (1 + x^2) if squares share. */
 static void pk_light_lobe_values(const pktrt_scene *scene, const pk_surfaces *surfaces, uint32_t i, uint32_t lanes,
     float (*to)[8], const pk_light_samples *listed, float lobe[8]) {
   for (uint32_t k = 0; k < 8; k++) {
@@ -23110,7 +23171,8 @@ static void pk_light_lobe_values(const pktrt_scene *scene, const pk_surfaces *su
       double cosine = pk_lobe_cosine((double)to[0][k], (double)to[1][k], (double)to[2][k], surfaces, i + k);
       value = pk_lobe_density(n, cosine) * pk_min((double)lobe[k], (double)FLT_MAX);
       double shared = listed ? (double)listed->shared[i + k] : 0;
-      value = shared < 0 ? 0 : value / (1 + value * shared);
+      double ratio = value * shared;
+      value = shared < 0 ? 0 : value / (1 + ratio * (listed && listed->squares ? ratio : 1));
     }
     lobe[k] = pk_to_float(value);
   }
@@ -23280,11 +23342,12 @@ PK_NOINLINE void pk_light_add_direct(pk_tile *tile, uint32_t depth) {
   bool lobes = render->follow && render->distribute && pk_render_uses(render, PKTRT_FEATURE_GLOSS);
   bool one = pk_light_asks_one(render, depth);
   pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
-  uint32_t lights = render->scene->light_count, looks = one && lights ? 2 * render->asked : lights;
+  uint32_t lights = render->scene->light_count, looks = lights;
 
   tile->has_through = lobes && !one && render->passes_glass;
+  tile->light_samples.squares = one && render->asked[0] > 1;
   pk_light_set_shadow_rows(tile, at_once);
-  if (one && lights) pk_light_choose(tile);
+  if (one && lights) looks = 2 * pk_light_choose(tile);
 
   for (uint32_t i = 0; i < looks; i++) {
     bool infinite = one && i % 2 == 0;
@@ -23296,14 +23359,13 @@ PK_NOINLINE void pk_light_add_direct(pk_tile *tile, uint32_t depth) {
     if (lobes && met && pk_light_aim(tile, &look)) pk_light_send(tile, type, depth, at_once, together);
   }
 
-  for (bool first = true; lobes && one && render->finite && render->two_ways && pk_light_find_met(tile, first);
-       first = false) {
-    pk_light_look look = {NULL, false, true, 0, PK_LIGHT_ASKED};
+  while (lobes && one && render->finite && render->two_ways && pk_light_find_met(tile)) {
+    pk_light_look look = {NULL, false, true, 0, PK_LIGHT_ASKED_MOST};
     if (pk_light_aim(tile, &look)) pk_light_send(tile, type, depth, at_once, together);
   }
 
   for (uint32_t i = render->finite; lobes && one && render->suns && i < lights; i++) {
-    pk_light_look look = {NULL, true, true, 0, PK_LIGHT_ASKED};
+    pk_light_look look = {NULL, true, true, 0, PK_LIGHT_ASKED_MOST};
     if (!pk_light_find_sun(tile, render->ordered[i])) continue;
     if (pk_light_aim(tile, &look)) pk_light_send(tile, type, depth, at_once, together);
   }
@@ -25586,8 +25648,8 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
                 - environment_width and environment_height tell the size of a sky made of pixels.
                 - Bodies with vertex normals have no black triangles where light grazes them: shadow rays that would
                   lead below a triangle start above it.
-                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many: half
-                  to a twentieth of the error of before in the same time.
+                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many, on
+                  gloss 8 to 64: half to a twentieth of the error of before in the same time.
                 - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
                   effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
                 - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).

@@ -20121,6 +20121,27 @@ static double pk_environment_height(const pk_environment *table, uint32_t row) {
   return table->edge[row] - table->edge[row + 1];
 }
 
+/* Returns the density, by solid angle, of a table's samples in a cell; if the cell is refined, their mean in its block. */
+static double pk_environment_cell_density(const pk_environment *table, uint32_t row, uint32_t column) {
+  uint32_t columns = 2 * table->rows;
+  const float *along = table->along + (size_t)row * columns;
+  double all = (double)along[columns - 1];
+  double part = all > 0 ? pk_environment_part(along, column) / all : 0;
+  double of_row = (table->sum[row] - (row ? table->sum[row - 1] : 0)) / table->sum[table->rows - 1];
+  double solid_angle = pk_environment_height(table, row) * 2 * PK_PI / columns;
+
+  return of_row * part / solid_angle;
+}
+
+/* Returns the density of samples in a part of a block relative to their mean in the block. */
+static double pk_environment_part_density(const pk_environment_fine *fine, uint32_t row, uint32_t column) {
+  const float *along = fine->along + row * PK_FINE;
+  double of_row = pk_environment_part(fine->sum, row), all = (double)along[PK_FINE - 1];
+  double part = all > 0 ? pk_environment_part(along, column) / all : 0;
+
+  return PK_FINE_PARTS * (of_row / (double)fine->sum[PK_FINE - 1]) * part;
+}
+
 /* Returns the density of samples at a place in a cell, y by cosine and x in columns, relative to their mean in its
    block. */
 static double pk_environment_fine_density(const pk_environment *table, uint32_t cell, double y, double x) {
@@ -20132,11 +20153,8 @@ static double pk_environment_fine_density(const pk_environment *table, uint32_t 
     if (!fine) break;
     uint32_t row = (uint32_t)pk_min(pk_max((fine->top - y) / fine->high * PK_FINE, 0), PK_FINE - 1);
     uint32_t column = (uint32_t)pk_min(pk_max((x - fine->left) / fine->wide * PK_FINE, 0), PK_FINE - 1);
-    const float *along = fine->along + row * PK_FINE;
-    double of_row = pk_environment_part(fine->sum, row), all = (double)along[PK_FINE - 1];
-    double part = all > 0 ? pk_environment_part(along, column) / all : 0;
-    if (!(part > 0)) return 0;
-    density *= PK_FINE_PARTS * (of_row / (double)fine->sum[PK_FINE - 1]) * part;
+    density *= pk_environment_part_density(fine, row, column);
+    if (!(density > 0)) return 0;
     key = (uint32_t)(fine - table->fine) * PK_FINE_PARTS + row * PK_FINE + column;
   }
 
@@ -20162,20 +20180,16 @@ static double pk_light_environment_density(
 
   if (!table || !(table->share > 0)) return cosine;
   double x;
-  uint32_t columns = 2 * table->rows, cell = pk_environment_cell(table, direction, &x), row = cell / columns;
-  const float *along = table->along + (size_t)row * columns;
-  double all = (double)along[columns - 1];
-  double part = all > 0 ? pk_environment_part(along, cell % columns) / all : 0;
-  if (part > 0 && table->fine) part *= pk_environment_fine_density(table, cell, direction[1], x);
-  double of_row = (table->sum[row] - (row ? table->sum[row - 1] : 0)) / table->sum[table->rows - 1];
-  double solid_angle = pk_environment_height(table, row) * 2 * PK_PI / columns;
+  uint32_t columns = 2 * table->rows, cell = pk_environment_cell(table, direction, &x);
+  double density = pk_environment_cell_density(table, cell / columns, cell % columns);
+  if (density > 0 && table->fine) density *= pk_environment_fine_density(table, cell, direction[1], x);
 
-  return (1 - table->share) * cosine + table->share * of_row * part / solid_angle;
+  return (1 - table->share) * cosine + table->share * density;
 }
 
-/* Draws a direction from a table by u, v in [0,1). Finds row and column by binary search: both are as many as powers of
-   two. */
-PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v, double d[3]) {
+/* Draws a direction from a table by u, v in [0,1). Returns the table's density there. Finds row and column by binary
+   search: both are as many as powers of two. */
+PK_COLD double pk_environment_draw(const pk_environment *table, double u, double v, double d[3]) {
   uint32_t columns = 2 * table->rows;
   double want = u * table->sum[table->rows - 1];
   double sine, cosine;
@@ -20191,6 +20205,7 @@ PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v
   double before = row ? table->sum[row - 1] : 0;
   double down = pk_min(1, (want - before) / (table->sum[row] - before));
   double top = table->edge[row], high = pk_environment_height(table, row), left = column, wide = 1;
+  double density = pk_environment_cell_density(table, row, column);
   uint32_t key = row * columns + column;
 
   for (int level = 0; level < 2 && table->fine; level++) {
@@ -20212,6 +20227,7 @@ PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v
     wide = fine->wide / PK_FINE;
     top = fine->top - y * high;
     left = fine->left + part * wide;
+    density *= pk_environment_part_density(fine, y, part);
     key = (uint32_t)(fine - table->fine) * PK_FINE_PARTS + y * PK_FINE + part;
   }
 
@@ -20220,6 +20236,8 @@ PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v
   double sine_down = sqrt(pk_max(0, (1 - d[1]) * (1 + d[1])));
   d[0] = sine_down * cosine;
   d[2] = sine_down * sine;
+
+  return density;
 }
 
 /* Samples directions from the table with probability `share`, else by cosine; the density counts both. Without u,
@@ -20231,14 +20249,16 @@ static double pk_light_sample_environment(const pk_render_state *render, const p
   const pk_environment *table = u ? render->environment : NULL;
   double share = table ? table->share : 0;
 
+  double density;
+
   if (u && (double)u[0] < share) {
-    pk_environment_draw(table, (double)u[0] / share, (double)u[1], at);
+    density = share * pk_environment_draw(table, (double)u[0] / share, (double)u[1], at);
+    density += (1 - share) * pk_max(0, pk_dot(at, from->normal)) / PK_PI;
   } else {
     float part[2] = {u ? (float)(((double)u[0] - share) / (1 - share)) : 0, u ? u[1] : 0};
     pk_map_cosine_lobe(part, from->normal, at);
+    density = pk_light_environment_density(table, from, at);
   }
-
-  double density = pk_light_environment_density(table, from, at);
 
   return density > 0 ? 1 / density : 0;
 }
@@ -20617,7 +20637,7 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
   uint32_t columns = 2 * table->rows, fine = 0;
   float largest[2 * PK_ENVIRONMENT_ROWS], least[2 * PK_ENVIRONMENT_ROWS];
   float highest[PK_ENVIRONMENT_ROWS], lowest[PK_ENVIRONMENT_ROWS], high, low;
-  double all = pk_environment_light(table, radiance), excess = 0;
+  double all = pk_environment_light(table, radiance), excess = 0, rest = 0;
   double twice_mean = all / columns; /* the heights sum up to 2 */
 
   pk_environment_sum_fine(table, twice_mean);
@@ -20626,7 +20646,7 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
   for (uint32_t row = 0; row < table->rows; row++) {
     const float *at = radiance + row * columns;
     float *to = table->along + row * columns;
-    double sum = 0;
+    double sum = 0, below = 0;
 
     pk_environment_bound(table, row, 1, highest, lowest, &high, &low);
     if (0.25 * (double)high > twice_mean) pk_environment_around(table, row, 1, radiance, radiance, largest, least);
@@ -20638,12 +20658,14 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
       while (fine < end && table->fine[fine].key + table->fine[fine].cells <= row * columns + i) fine++;
       if (fine < end && table->fine[fine].key <= row * columns + i) value = (double)table->fine[fine].value;
       to[i] = (float)(sum += value);
+      below += pk_min((double)at[i], twice_mean);
     }
     excess += sum * pk_environment_height(table, row);
+    rest += below * pk_environment_height(table, row);
     table->sum[row] = excess;
   }
 
-  double share = excess > 0 ? pk_min(PK_ENVIRONMENT_SHARE, excess / (excess + 0.5 * twice_mean * columns)) : 0;
+  double share = excess > 0 ? pk_min(PK_ENVIRONMENT_SHARE, excess / (excess + 0.5 * rest)) : 0;
 
   /* In eighths: of 8 samples and more as many are always drawn. */
   table->share = share < PK_ENVIRONMENT_LEAST_SHARE ? 0 : pk_max(1, (double)(int)(share * 8 + 0.5)) / 8;

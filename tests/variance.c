@@ -412,7 +412,7 @@ static double table_density(const cap *c, vec d, double *share) {
   const double part = (1 - cos(c->angle)) / 2;
   const double mean = 1 + (c->radiance - 1) * part;
   const double beyond = (c->radiance - 2 * mean) * part;
-  *share = floor(8 * fmin(0.9, beyond / (beyond + mean / 2)) + 0.5) / 8;
+  *share = floor(8 * fmin(0.9, beyond / (beyond + (mean - beyond) / 2)) + 0.5) / 8;
   return vec_dot(d, c->axis) > cos(c->angle) ? 1 / (4 * PI * part) : 0;
 }
 

@@ -20174,7 +20174,8 @@ static double pk_environment_fine_density(const pk_environment *table, uint32_t 
 static uint32_t pk_environment_find(const float *sum, uint32_t n, double *want) {
   uint32_t i = 0;
 
-  for (uint32_t step = n / 2; step; step /= 2) i += (uint32_t)((double)sum[i + step - 1] <= *want) * step;
+  for (uint32_t step = n / 2; step; step /= 2)
+    if ((double)sum[i + step - 1] <= *want) i += step;
   double part = pk_environment_part(sum, i);
   *want = part > 0 ? pk_min(1, (*want - ((double)sum[i] - part)) / part) : 0;
 

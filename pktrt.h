@@ -20129,7 +20129,7 @@ static double pk_environment_height(const pk_environment *table, uint32_t row) {
   return table->edge[row] - table->edge[row + 1];
 }
 
-/* Returns the density, by solid angle, of a table's samples in a cell; if the cell is refined, their mean in its block. */
+/* Returns the density, by solid angle, of a table's samples in a cell: in a refined one, the mean. */
 static double pk_environment_cell_density(const pk_environment *table, uint32_t row, uint32_t column) {
   uint32_t columns = 2 * table->rows;
   const float *along = table->along + (size_t)row * columns;

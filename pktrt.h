@@ -2013,6 +2013,9 @@ enum {
 #ifndef PK_ENVIRONMENT_SHARE
 #define PK_ENVIRONMENT_SHARE 0.9 /* the most samples that the table takes: the others are drawn by cosine */
 #endif
+#ifndef PK_ENVIRONMENT_DARK_SHARE
+#define PK_ENVIRONMENT_DARK_SHARE (63.0 / 64) /* the same under skies that have so much of their light in it, or more */
+#endif
 #ifndef PK_ENVIRONMENT_LEAST_SHARE
 #define PK_ENVIRONMENT_LEAST_SHARE (1.0 / 32) /* below, the table is not used, and kernels sample by cosine */
 #endif
@@ -18810,19 +18813,24 @@ typedef struct pk_light_chooser {
   double sums[PK_LIGHT_CUT];                       /* of weights, down each lane of rows of eight */
 } pk_light_chooser;
 
-/* Rows and columns of a refined block, a power of two: of 0.02 degrees with 512 rows of cells, then of 0.0014. */
+/* Rows and columns of a refined block, powers of two: parts of 0.02 degrees with 512 rows of cells, then of 0.0014. If
+   few blocks of the latter are needed, they have more. */
 #define PK_FINE 16
 #define PK_FINE_PARTS (PK_FINE * PK_FINE)
+#define PK_FINE_MOST 64
 
 /* A refined block of an environment's table: cells of a row that are together about as wide as high, or a part of such
    a block. All its parts have one solid angle. */
 typedef struct pk_environment_fine {
   double top, high, left, wide; /* top: its cosine; left: in columns of the table */
+  float *sum;                   /* of rows, from the top one to each */
+  float *along;                 /* for each part: of its row's parts up to it; while the table is made, its value */
   uint32_t key, cells;          /* the first cell, and how many; or PK_FINE_PARTS times a block plus its part, and 1 */
+  uint32_t side;                /* rows, and columns */
   float value;                  /* the mean of its parts */
-  float sum[PK_FINE];           /* of rows, from the top one to each */
-  float along[PK_FINE_PARTS];   /* for each part: of its row's parts up to it; while the table is made, its value */
 } pk_environment_fine;
+
+#define PK_FINE_BYTES (sizeof(pk_environment_fine) + (PK_FINE_PARTS + PK_FINE) * sizeof(float))
 
 /* A table of an environment's radiance above twice its mean, in rows of equal angles from the zenith (+y) down. */
 typedef struct pk_environment {
@@ -20150,6 +20158,27 @@ static double pk_environment_height(const pk_environment *table, uint32_t row) {
   return table->edge[row] - table->edge[row + 1];
 }
 
+/* Returns the density, by solid angle, of a table's samples in a cell: in a refined one, the mean. */
+static double pk_environment_cell_density(const pk_environment *table, uint32_t row, uint32_t column) {
+  uint32_t columns = 2 * table->rows;
+  const float *along = table->along + (size_t)row * columns;
+  double all = (double)along[columns - 1];
+  double part = all > 0 ? pk_environment_part(along, column) / all : 0;
+  double of_row = (table->sum[row] - (row ? table->sum[row - 1] : 0)) / table->sum[table->rows - 1];
+  double solid_angle = pk_environment_height(table, row) * 2 * PK_PI / columns;
+
+  return of_row * part / solid_angle;
+}
+
+/* Returns the density of samples in a part of a block relative to their mean in the block. */
+static double pk_environment_part_density(const pk_environment_fine *fine, uint32_t row, uint32_t column) {
+  const float *along = fine->along + row * fine->side;
+  double of_row = pk_environment_part(fine->sum, row), all = (double)along[fine->side - 1];
+  double part = all > 0 ? pk_environment_part(along, column) / all : 0;
+
+  return fine->side * fine->side * (of_row / (double)fine->sum[fine->side - 1]) * part;
+}
+
 /* Returns the density of samples at a place in a cell, y by cosine and x in columns, relative to their mean in its
    block. */
 static double pk_environment_fine_density(const pk_environment *table, uint32_t cell, double y, double x) {
@@ -20159,13 +20188,11 @@ static double pk_environment_fine_density(const pk_environment *table, uint32_t 
   for (int level = 0; level < 2; level++) {
     const pk_environment_fine *fine = pk_environment_fine_of(table, level, key);
     if (!fine) break;
-    uint32_t row = (uint32_t)pk_min(pk_max((fine->top - y) / fine->high * PK_FINE, 0), PK_FINE - 1);
-    uint32_t column = (uint32_t)pk_min(pk_max((x - fine->left) / fine->wide * PK_FINE, 0), PK_FINE - 1);
-    const float *along = fine->along + row * PK_FINE;
-    double of_row = pk_environment_part(fine->sum, row), all = (double)along[PK_FINE - 1];
-    double part = all > 0 ? pk_environment_part(along, column) / all : 0;
-    if (!(part > 0)) return 0;
-    density *= PK_FINE_PARTS * (of_row / (double)fine->sum[PK_FINE - 1]) * part;
+    uint32_t side = fine->side;
+    uint32_t row = (uint32_t)pk_min(pk_max((fine->top - y) / fine->high * side, 0), side - 1);
+    uint32_t column = (uint32_t)pk_min(pk_max((x - fine->left) / fine->wide * side, 0), side - 1);
+    density *= pk_environment_part_density(fine, row, column);
+    if (!(density > 0)) return 0;
     key = (uint32_t)(fine - table->fine) * PK_FINE_PARTS + row * PK_FINE + column;
   }
 
@@ -20191,20 +20218,16 @@ static double pk_light_environment_density(
 
   if (!table || !(table->share > 0)) return cosine;
   double x;
-  uint32_t columns = 2 * table->rows, cell = pk_environment_cell(table, direction, &x), row = cell / columns;
-  const float *along = table->along + (size_t)row * columns;
-  double all = (double)along[columns - 1];
-  double part = all > 0 ? pk_environment_part(along, cell % columns) / all : 0;
-  if (part > 0 && table->fine) part *= pk_environment_fine_density(table, cell, direction[1], x);
-  double of_row = (table->sum[row] - (row ? table->sum[row - 1] : 0)) / table->sum[table->rows - 1];
-  double solid_angle = pk_environment_height(table, row) * 2 * PK_PI / columns;
+  uint32_t columns = 2 * table->rows, cell = pk_environment_cell(table, direction, &x);
+  double density = pk_environment_cell_density(table, cell / columns, cell % columns);
+  if (density > 0 && table->fine) density *= pk_environment_fine_density(table, cell, direction[1], x);
 
-  return (1 - table->share) * cosine + table->share * of_row * part / solid_angle;
+  return (1 - table->share) * cosine + table->share * density;
 }
 
-/* Draws a direction from a table by u, v in [0,1). Finds row and column by binary search: both are as many as powers of
-   two. */
-PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v, double d[3]) {
+/* Draws a direction from a table by u, v in [0,1). Returns the table's density there. Finds row and column by binary
+   search: both are as many as powers of two. */
+PK_COLD double pk_environment_draw(const pk_environment *table, double u, double v, double d[3]) {
   uint32_t columns = 2 * table->rows;
   double want = u * table->sum[table->rows - 1];
   double sine, cosine;
@@ -20220,6 +20243,7 @@ PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v
   double before = row ? table->sum[row - 1] : 0;
   double down = pk_min(1, (want - before) / (table->sum[row] - before));
   double top = table->edge[row], high = pk_environment_height(table, row), left = column, wide = 1;
+  double density = pk_environment_cell_density(table, row, column);
   uint32_t key = row * columns + column;
 
   for (int level = 0; level < 2 && table->fine; level++) {
@@ -20232,15 +20256,17 @@ PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v
       across = pk_min(1, (want_along - start) / ((double)along[first + fine->cells - 1] - start));
     }
 
-    down *= (double)fine->sum[PK_FINE - 1];
-    uint32_t y = pk_environment_find(fine->sum, PK_FINE, &down);
-    const float *parts = fine->along + y * PK_FINE;
-    across *= (double)parts[PK_FINE - 1];
-    uint32_t part = pk_environment_find(parts, PK_FINE, &across);
-    high = fine->high / PK_FINE;
-    wide = fine->wide / PK_FINE;
+    uint32_t side = fine->side;
+    down *= (double)fine->sum[side - 1];
+    uint32_t y = pk_environment_find(fine->sum, side, &down);
+    const float *parts = fine->along + y * side;
+    across *= (double)parts[side - 1];
+    uint32_t part = pk_environment_find(parts, side, &across);
+    high = fine->high / side;
+    wide = fine->wide / side;
     top = fine->top - y * high;
     left = fine->left + part * wide;
+    density *= pk_environment_part_density(fine, y, part);
     key = (uint32_t)(fine - table->fine) * PK_FINE_PARTS + y * PK_FINE + part;
   }
 
@@ -20249,6 +20275,8 @@ PK_COLD void pk_environment_draw(const pk_environment *table, double u, double v
   double sine_down = sqrt(pk_max(0, (1 - d[1]) * (1 + d[1])));
   d[0] = sine_down * cosine;
   d[2] = sine_down * sine;
+
+  return density;
 }
 
 /* Samples directions from the table with probability `share`, else by cosine; the density counts both. Without u,
@@ -20260,14 +20288,16 @@ static double pk_light_sample_environment(const pk_render_state *render, const p
   const pk_environment *table = u ? render->environment : NULL;
   double share = table ? table->share : 0;
 
+  double density;
+
   if (u && (double)u[0] < share) {
-    pk_environment_draw(table, (double)u[0] / share, (double)u[1], at);
+    density = share * pk_environment_draw(table, (double)u[0] / share, (double)u[1], at);
+    density += (1 - share) * pk_max(0, pk_dot(at, from->normal)) / PK_PI;
   } else {
     float part[2] = {u ? (float)(((double)u[0] - share) / (1 - share)) : 0, u ? u[1] : 0};
     pk_map_cosine_lobe(part, from->normal, at);
+    density = pk_light_environment_density(table, from, at);
   }
-
-  double density = pk_light_environment_density(table, from, at);
 
   return density > 0 ? 1 / density : 0;
 }
@@ -20467,11 +20497,16 @@ PK_COLD void pk_environment_want_cells(
 
 /* Sets where a block lies. */
 PK_COLD void pk_environment_place(
-    const pk_environment *table, const pk_environment_wish *wish, int level, pk_environment_fine *fine) {
+    const pk_environment *table, const pk_environment_wish *wish, int level, uint32_t side, pk_environment_fine *fine) {
   uint32_t columns = 2 * table->rows, part = wish->key % PK_FINE_PARTS;
+  const pk_environment_fine *before = fine == table->fine ? NULL : fine - 1;
 
   fine->key = wish->key;
   fine->cells = wish->cells;
+  fine->side = side;
+  fine->sum = before ? before->along + before->side * before->side
+                     : PK_CAST(float *, PK_CAST(void *, table->fine + 2 * PK_ENVIRONMENT_FINE));
+  fine->along = fine->sum + side;
 
   if (level == 0) {
     fine->top = table->edge[wish->key / columns];
@@ -20489,24 +20524,26 @@ PK_COLD void pk_environment_place(
 
 /* Asks for each part of a block, and for those around it. */
 PK_COLD void pk_environment_ask_parts(
-    const pk_environment *table, const pk_environment_fine *fine, float (*seen)[PK_FINE + 2]) {
-  double sine[PK_FINE + 2], cosine[PK_FINE + 2];
+    const pk_environment *table, const pk_environment_fine *fine, float (*seen)[PK_FINE_MOST + 2]) {
+  double sine[PK_FINE_MOST + 2], cosine[PK_FINE_MOST + 2];
+  uint32_t n = fine->side + 2;
 
-  for (uint32_t k = 0; k < PK_FINE + 2; k++)
-    pk_math_sincos_turn((fine->left + fine->wide * ((k - 0.5) / PK_FINE)) / (2 * table->rows), &sine[k], &cosine[k]);
+  for (uint32_t k = 0; k < n; k++)
+    pk_math_sincos_turn((fine->left + fine->wide * ((k - 0.5) / fine->side)) / (2 * table->rows), &sine[k], &cosine[k]);
 
-  for (uint32_t i = 0; i < PK_FINE + 2; i++) {
-    double y = pk_min(pk_max(fine->top - (i - 0.5) / PK_FINE * fine->high, -1), 1);
-    pk_environment_ask(table, PK_FINE + 2, sqrt((1 - y) * (1 + y)), y, sine, cosine, seen[i]);
+  for (uint32_t i = 0; i < n; i++) {
+    double y = pk_min(pk_max(fine->top - (i - 0.5) / fine->side * fine->high, -1), 1);
+    for (uint32_t k = 0; k < n; k += 64)
+      pk_environment_ask(table, n - k < 64 ? n - k : 64, sqrt((1 - y) * (1 + y)), y, sine + k, cosine + k, seen[i] + k);
   }
 }
 
 /* Notes a narrow source around the middle of a part of a block, if it has most light so far. */
 PK_COLD void pk_environment_note(
     pk_environment *table, const pk_environment_fine *fine, double row, double column, double light) {
-  double sine, cosine, y = fine->top - row / PK_FINE * fine->high, sine_down = sqrt((1 - y) * (1 + y));
+  double sine, cosine, y = fine->top - row / fine->side * fine->high, sine_down = sqrt((1 - y) * (1 + y));
   if (!(light > table->narrow_light)) return;
-  pk_math_sincos_turn((fine->left + fine->wide * column / PK_FINE) / (2 * table->rows), &sine, &cosine);
+  pk_math_sincos_turn((fine->left + fine->wide * column / fine->side) / (2 * table->rows), &sine, &cosine);
   table->narrow_light = light;
   table->narrow[0] = sine_down * cosine;
   table->narrow[1] = y;
@@ -20516,22 +20553,25 @@ PK_COLD void pk_environment_note(
 /* Refines a block. A part counts the root of a mean of squares, its own and those of its neighbours, by a tent: at the
    border of a sun, whose middle it may miss, about the root of its share of the sun. Where no part has what was seen
    before, they stay alike. At the last level (wishes is NULL) a part that is four times as bright as its neighbours is
-   narrow; before, parts far brighter than a neighbour become wishes. */
-PK_COLD void pk_environment_refine(
+   narrow; before, parts far brighter than a neighbour become wishes. Returns false if the parts hardly differ. */
+PK_COLD bool pk_environment_refine(
     pk_environment *table, const pk_environment_wish *wish, pk_environment_fine *fine, pk_environment_wishes *wishes) {
-  double part_light = fine->high * fine->wide / PK_FINE_PARTS, sum = 0;
-  uint32_t index = (uint32_t)(fine - table->fine);
-  float seen[PK_FINE + 2][PK_FINE + 2], brightest = 0;
+  uint32_t index = (uint32_t)(fine - table->fine), side = fine->side, parts = side * side;
+  double part_light = fine->high * fine->wide / parts, sum = 0;
+  float seen[PK_FINE_MOST + 2][PK_FINE_MOST + 2], brightest = 0, highest = 0, lowest = INFINITY;
 
   pk_environment_ask_parts(table, fine, seen);
-  for (uint32_t i = 0; i < PK_FINE_PARTS; i++) brightest = pk_maxf(brightest, seen[1 + i / PK_FINE][1 + i % PK_FINE]);
-  bool lost = brightest < 0.25f * wish->most;
-  if (lost) pk_environment_note(table, fine, 0.5 * PK_FINE, 0.5 * PK_FINE, wish->light);
-  for (uint32_t i = 0; i < (PK_FINE + 2) * (PK_FINE + 2); i++)
-    table->too_bright = pk_maxf(table->too_bright, seen[i / (PK_FINE + 2)][i % (PK_FINE + 2)]);
+  for (uint32_t i = 0; i < parts; i++) brightest = pk_maxf(brightest, seen[1 + i / side][1 + i % side]);
+  bool lost = brightest < 0.25f * wish->most, noted = !wishes && side == PK_FINE;
+  if (lost) pk_environment_note(table, fine, 0.5 * side, 0.5 * side, wish->light);
+  for (uint32_t i = 0; i < (side + 2) * (side + 2); i++) {
+    highest = pk_maxf(highest, seen[i / (side + 2)][i % (side + 2)]);
+    lowest = pk_minf(lowest, seen[i / (side + 2)][i % (side + 2)]);
+  }
+  table->too_bright = pk_maxf(table->too_bright, highest);
 
-  for (uint32_t i = 0; i < PK_FINE_PARTS; i++) {
-    uint32_t y = 1 + i / PK_FINE, x = 1 + i % PK_FINE;
+  for (uint32_t i = 0; i < parts; i++) {
+    uint32_t y = 1 + i / side, x = 1 + i % side;
     float here = lost ? wish->mean : seen[y][x], most = here, least = here;
     double squares = 0;
     float beside = pk_maxf(pk_maxf(seen[y - 1][x], seen[y + 1][x]), pk_maxf(seen[y][x - 1], seen[y][x + 1]));
@@ -20547,10 +20587,12 @@ PK_COLD void pk_environment_refine(
     sum += (double)here;
     pk_environment_wish part = {part_light * (double)value, index * PK_FINE_PARTS + i, 1, here, here};
     if (wishes && most > PK_ENVIRONMENT_CONTRAST * least) pk_environment_want(wishes, &part);
-    if (!wishes && !lost && beside <= 0.25f * here) pk_environment_note(table, fine, y - 0.5, x - 0.5, part.light);
+    if (noted && !lost && beside <= 0.25f * here) pk_environment_note(table, fine, y - 0.5, x - 0.5, part.light);
   }
 
-  fine->value = (float)(sum / PK_FINE_PARTS);
+  fine->value = (float)(sum / parts);
+
+  return highest > 2 * lowest && !lost;
 }
 
 /* Returns the sum of a table's radiance times heights of rows. */
@@ -20567,6 +20609,38 @@ PK_COLD double pk_environment_light(const pk_environment *table, const float *ra
   return all;
 }
 
+/* Refines parts of blocks. Blocks whose parts hardly differ are not kept; the others have the more parts the fewer they
+   are. */
+PK_COLD void pk_environment_refine_parts(pk_environment *table, pk_environment_wishes *wishes) {
+  pk_environment_fine *fine = table->fine + table->fine_count[0];
+  uint32_t kept = 0, side = PK_FINE;
+
+  pk_environment_order(wishes);
+
+  for (uint32_t i = 0; i < wishes->count; i++) {
+    const pk_environment_wish wish = wishes->wish[i];
+    pk_environment_fine *whole = &table->fine[wish.key / PK_FINE_PARTS];
+    pk_environment_place(table, &wish, 1, side, &fine[kept]);
+    if (pk_environment_refine(table, &wish, &fine[kept], NULL)) {
+      wishes->wish[kept++] = wish;
+    } else {
+      whole->along[wish.key % PK_FINE_PARTS] = fine[kept].value;
+      whole->value += (fine[kept].value - wish.mean) / PK_FINE_PARTS;
+    }
+  }
+
+  /* Blocks of twice as many rows and columns take no more memory than four. */
+  for (uint32_t blocks = kept; side < PK_FINE_MOST && 4 * blocks <= PK_ENVIRONMENT_FINE; blocks *= 4) side *= 2;
+
+  for (uint32_t i = 0; i < kept; i++) {
+    const pk_environment_wish *wish = &wishes->wish[i];
+    pk_environment_place(table, wish, 1, side, &fine[i]);
+    if (side > PK_FINE) (void)pk_environment_refine(table, wish, &fine[i], NULL);
+    table->fine[wish->key / PK_FINE_PARTS].value += (fine[i].value - wish->mean) / PK_FINE_PARTS;
+  }
+  table->fine_count[1] = kept;
+}
+
 /* Refines what is far brighter than what is beside it, cells and then their parts; cells get their parts' mean. Returns
    false if memory runs out. */
 PK_COLD bool pk_environment_refine_all(
@@ -20580,18 +20654,16 @@ PK_COLD bool pk_environment_refine_all(
   pk_environment_order(cells);
 
   if (cells->count)
-    table->fine = PK_CAST(pk_environment_fine *, pk_mem_alloc(desc, 2 * PK_ENVIRONMENT_FINE, sizeof *table->fine));
+    table->fine = PK_CAST(pk_environment_fine *, pk_mem_alloc(desc, 2 * PK_ENVIRONMENT_FINE, PK_FINE_BYTES));
   bool valid = table->fine || !cells->count;
 
-  for (uint32_t i = 0; valid && i < cells->count + parts->count; i++) {
-    int level = i >= cells->count;
-    if (i == cells->count) pk_environment_order(parts);
-    const pk_environment_wish *wish = level ? &parts->wish[i - cells->count] : &cells->wish[i];
-    pk_environment_place(table, wish, level, &table->fine[i]);
-    pk_environment_refine(table, wish, &table->fine[i], level ? NULL : parts);
-    table->fine_count[level]++;
-    if (level) table->fine[wish->key / PK_FINE_PARTS].value += (table->fine[i].value - wish->mean) / PK_FINE_PARTS;
+  for (uint32_t i = 0; valid && i < cells->count; i++) {
+    pk_environment_place(table, &cells->wish[i], 0, PK_FINE, &table->fine[i]);
+    (void)pk_environment_refine(table, &cells->wish[i], &table->fine[i], parts);
+    table->fine_count[0]++;
   }
+
+  if (table->fine) pk_environment_refine_parts(table, parts);
 
   for (uint32_t i = 0; i < table->fine_count[0]; i++)
     for (uint32_t k = 0; k < table->fine[i].cells; k++) radiance[table->fine[i].key + k] = table->fine[i].value;
@@ -20612,7 +20684,7 @@ PK_COLD void pk_environment_scale(pk_environment *table, float *radiance) {
   while (largest > 0 && factor * largest < 1) factor *= 2;
   for (size_t i = 0; i < cells; i++) radiance[i] = (float)(factor * (double)radiance[i]);
   for (uint32_t i = 0; i < table->fine_count[0] + table->fine_count[1]; i++)
-    for (uint32_t k = 0; k < PK_FINE_PARTS; k++)
+    for (uint32_t k = 0; k < table->fine[i].side * table->fine[i].side; k++)
       table->fine[i].along[k] = (float)(factor * (double)table->fine[i].along[k]);
 }
 
@@ -20624,19 +20696,20 @@ PK_COLD void pk_environment_sum_fine(pk_environment *table, double twice_mean) {
     pk_environment_fine *fine = &table->fine[i];
     double all = 0;
 
-    for (uint32_t k = 0; k < PK_FINE_PARTS; k++) fine->along[k] = (float)pk_max(0, (double)fine->along[k] - twice_mean);
+    uint32_t side = fine->side;
+    for (uint32_t k = 0; k < side * side; k++) fine->along[k] = (float)pk_max(0, (double)fine->along[k] - twice_mean);
     while (i < cells && next > cells && table->fine[next - 1].key / PK_FINE_PARTS == i) {
       next--;
       fine->along[table->fine[next].key % PK_FINE_PARTS] = table->fine[next].value;
     }
 
-    for (uint32_t row = 0; row < PK_FINE; row++) {
-      float *along = fine->along + row * PK_FINE;
+    for (uint32_t row = 0; row < side; row++) {
+      float *along = fine->along + row * side;
       double sum = 0;
-      for (uint32_t k = 0; k < PK_FINE; k++) along[k] = (float)(sum += (double)along[k]);
+      for (uint32_t k = 0; k < side; k++) along[k] = (float)(sum += (double)along[k]);
       fine->sum[row] = (float)(all += sum);
     }
-    fine->value = (float)(all / PK_FINE_PARTS);
+    fine->value = (float)(all / (side * side));
   }
 }
 
@@ -20646,7 +20719,7 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
   uint32_t columns = 2 * table->rows, fine = 0;
   float largest[2 * PK_ENVIRONMENT_ROWS], least[2 * PK_ENVIRONMENT_ROWS];
   float highest[PK_ENVIRONMENT_ROWS], lowest[PK_ENVIRONMENT_ROWS], high, low;
-  double all = pk_environment_light(table, radiance), excess = 0;
+  double all = pk_environment_light(table, radiance), excess = 0, rest = 0;
   double twice_mean = all / columns; /* the heights sum up to 2 */
 
   pk_environment_sum_fine(table, twice_mean);
@@ -20655,7 +20728,7 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
   for (uint32_t row = 0; row < table->rows; row++) {
     const float *at = radiance + row * columns;
     float *to = table->along + row * columns;
-    double sum = 0;
+    double sum = 0, below = 0;
 
     pk_environment_bound(table, row, 1, highest, lowest, &high, &low);
     if (0.25 * (double)high > twice_mean) pk_environment_around(table, row, 1, radiance, radiance, largest, least);
@@ -20667,15 +20740,19 @@ PK_NOINLINE void pk_environment_sum(pk_environment *table, const float *radiance
       while (fine < end && table->fine[fine].key + table->fine[fine].cells <= row * columns + i) fine++;
       if (fine < end && table->fine[fine].key <= row * columns + i) value = (double)table->fine[fine].value;
       to[i] = (float)(sum += value);
+      below += pk_min((double)at[i], twice_mean);
     }
     excess += sum * pk_environment_height(table, row);
+    rest += below * pk_environment_height(table, row);
     table->sum[row] = excess;
   }
 
-  double share = excess > 0 ? pk_min(PK_ENVIRONMENT_SHARE, excess / (excess + 0.5 * twice_mean * columns)) : 0;
+  double share = excess > 0 ? excess / (excess + 0.5 * rest) : 0;
 
   /* In eighths: of 8 samples and more as many are always drawn. */
-  table->share = share < PK_ENVIRONMENT_LEAST_SHARE ? 0 : pk_max(1, (double)(int)(share * 8 + 0.5)) / 8;
+  if (share >= PK_ENVIRONMENT_DARK_SHARE) table->share = PK_ENVIRONMENT_DARK_SHARE;
+  else if (share >= PK_ENVIRONMENT_LEAST_SHARE)
+    table->share = pk_max(1, (double)(int)(pk_min(PK_ENVIRONMENT_SHARE, share) * 8 + 0.5)) / 8;
 }
 
 /* Returns the bytes of a table with its sums. */
@@ -20685,7 +20762,7 @@ static size_t pk_environment_bytes(uint32_t rows) {
 
 PK_COLD void pk_environment_free(const pktrt_scene_desc *desc, pk_environment *table) {
   if (!table) return;
-  pk_mem_release(desc, table->fine, 2 * PK_ENVIRONMENT_FINE, sizeof *table->fine);
+  pk_mem_release(desc, table->fine, 2 * PK_ENVIRONMENT_FINE, PK_FINE_BYTES);
   pk_mem_release(desc, table, 1, pk_environment_bytes(table->rows));
 }
 

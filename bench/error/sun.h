@@ -10,7 +10,7 @@
 #include "hard.h"
 #include "scatter.h"
 
-enum { SUN_WIDTH = 64, SUN_HEIGHT = 48, SUN_SAMPLES = 64, SUN_SEEDS = 12, SUN_ANGLES = 3 };
+enum { SUN_WIDTH = 64, SUN_HEIGHT = 48, SUN_SAMPLES = 64, SUN_SEEDS = 12, SUN_ANGLES = 3, SUN_SKY = 4800 };
 typedef enum sun_form { SUN_SPHERE, SUN_LIGHT, SUN_CALLBACK, SUN_STALE, SUN_FORMS } sun_form;
 static const char *const sun_names[SUN_FORMS] = {
     "sphere", "light", "callback", "callback whose table is of another sun"};
@@ -67,8 +67,8 @@ static void sun_open(stage *g, sun_form form, double angle) {
     g->view.environment = sun_sky;
     g->view.user = s;
     if (angle < 0.08) { /* so small a sun is found if the pixels of the sky are known */
-      g->view.environment_width = 4096;
-      g->view.environment_height = 2048;
+      g->view.environment_width = SUN_SKY;
+      g->view.environment_height = SUN_SKY / 2;
     }
   }
   add_hard_light(g, &l);
@@ -145,6 +145,55 @@ static void part_sun(bench *b) {
     stage_close(&truth);
   }
   say(&b->out, "\n");
+}
+
+/* Counts how many of suns in random places of a callback are lost, and gets how far the light of one is off at most. */
+static unsigned lost_suns(double angle, unsigned placements, double *worst) {
+  static stage g;
+  unsigned lost = 0;
+  uint32_t state = FIRST_SEED;
+  sun_open(&g, SUN_CALLBACK, angle);
+  g.view.environment = NULL; /* what sun_open prepared is of another sun */
+  if (pktrt_prepare_environment(g.world, &g.view)) fatal(pktrt_last_error(g.world));
+  g.view.environment = sun_sky;
+
+  sun *s = (sun *)g.own;
+  g.view.width = g.view.height = 4;
+  g.view.samples = SUN_SAMPLES;
+  g.view.pixels = g.pixels;
+  set3(g.view.camera.eye, 0, 1, 3);
+  set3(g.view.camera.target, 0, 0, 2.9); /* the ground before the balls */
+  *worst = 0;
+
+  for (unsigned i = 0; i < placements; i++) {
+    const double up = 0.02 + 0.98 * sc_random(&state);
+    const double turn = 180 * sc_random(&state); /* nothing is in its way there */
+    const double aside = sqrt(1 - up * up);
+    double mean = 0;
+    s->to[0] = aside * sc_cos(turn);
+    s->to[1] = up;
+    s->to[2] = aside * sc_sin(turn);
+    g.view.seed = FIRST_SEED + i;
+    if (pktrt_render(g.world, &g.view)) fatal(pktrt_last_error(g.world));
+    for (unsigned k = 0; k < 16; k++) mean += (double)g.pixels[3 * k] / 16;
+    const double part = mean / (3 * 0.7 / SC_PI * up);
+    lost += part < 0.5;
+    *worst = fmax(*worst, fabs(part - 1));
+  }
+  stage_close(&g);
+  return lost;
+}
+
+static void part_placements(bench *b) {
+  enum { PLACEMENTS = 1000 };
+  csv(&b->out, "half_angle,placements,lost,worst\n");
+  for (int k = 0; k < SUN_ANGLES; k += 2) { /* that between is found if the sky was prepared */
+    double worst;
+    const unsigned lost = lost_suns(sun_angles[k], PLACEMENTS, &worst);
+    csv(&b->out, "%g,%d,%u,%.6g\n", sun_angles[k], (int)PLACEMENTS, lost, worst);
+    say(&b->out, "Half-angle %g degrees, not prepared, %d placements: %u lost; light is off by %.1f%% at most.\n\n",
+        sun_angles[k], (int)PLACEMENTS, lost, 100 * worst);
+  }
 }
 
 /* RMSE of a sun like that of the Earth as form c->number over the sphere's. The control: the table of the callback is that of

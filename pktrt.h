@@ -18808,9 +18808,9 @@ typedef struct pk_light_chosen {
 /* What a tile needs to choose lights. */
 typedef struct pk_light_chooser {
   pk_light_cut cuts[PK_LIGHT_CUTS];
-  pk_light_chosen chosen[PK_LIGHT_ASKED_MOST + 1]; /* the last: what directions of lobes meet */
-  uint32_t met[PK_BATCH];                          /* how many lights each lobe has met so far; NONE: all */
-  double sums[PK_LIGHT_CUT];                       /* of weights, down each lane of rows of eight */
+  pk_light_chosen *chosen;   /* as many as a surface asks at most, and one: what directions of lobes meet */
+  uint32_t met[PK_BATCH];    /* how many lights each lobe has met so far; NONE: all */
+  double sums[PK_LIGHT_CUT]; /* of weights, down each lane of rows of eight */
 } pk_light_chooser;
 
 /* Rows and columns of a refined block, powers of two: parts of 0.02 degrees with 512 rows of cells, then of 0.0014. If
@@ -23174,7 +23174,7 @@ static bool pk_light_find_met(pk_tile *tile) {
   const pk_render_state *render = tile->render;
   const pk_surfaces *surfaces = &tile->surfaces;
   pk_light_chooser *chooser = tile->chooser;
-  pk_light_chosen *chosen = &chooser->chosen[PK_LIGHT_ASKED_MOST];
+  pk_light_chosen *chosen = &chooser->chosen[render->asked[1]];
   uint32_t parts = render->scene->light_count - render->finite + 1;
   bool any = false;
 
@@ -23210,7 +23210,7 @@ static bool pk_light_find_met(pk_tile *tile) {
 static bool pk_light_find_sun(pk_tile *tile, uint32_t light) {
   const pk_render_state *render = tile->render;
   const pk_surfaces *surfaces = &tile->surfaces;
-  pk_light_chosen *chosen = &tile->chooser->chosen[PK_LIGHT_ASKED_MOST];
+  pk_light_chosen *chosen = &tile->chooser->chosen[render->asked[1]];
   uint32_t parts = render->scene->light_count - render->finite + (render->finite > 0);
 
   for (uint32_t k = 0; k < surfaces->count; k++) {
@@ -23437,12 +23437,12 @@ PK_NOINLINE void pk_light_add_direct(pk_tile *tile, uint32_t depth) {
   }
 
   while (lobes && one && render->finite && render->two_ways && pk_light_find_met(tile)) {
-    pk_light_look look = {NULL, false, true, 0, PK_LIGHT_ASKED_MOST};
+    pk_light_look look = {NULL, false, true, 0, render->asked[1]};
     if (pk_light_aim(tile, &look)) pk_light_send(tile, type, depth, at_once, together);
   }
 
   for (uint32_t i = render->finite; lobes && one && render->suns && i < lights; i++) {
-    pk_light_look look = {NULL, true, true, 0, PK_LIGHT_ASKED_MOST};
+    pk_light_look look = {NULL, true, true, 0, render->asked[1]};
     if (!pk_light_find_sun(tile, render->ordered[i])) continue;
     if (pk_light_aim(tile, &look)) pk_light_send(tile, type, depth, at_once, together);
   }
@@ -24057,6 +24057,7 @@ static void pk_tile_free(pk_tile *tile) {
   }
 
   PK_FREE(desc, tile->sorted, 1);
+  if (tile->chooser) PK_FREE(desc, tile->chooser->chosen, tile->render->asked[1] + 1);
   PK_FREE(desc, tile->chooser, 1);
   PK_FREE(desc, tile, 1);
 }
@@ -24075,7 +24076,8 @@ PK_COLD pk_tile *pk_tile_make(const pk_render_state *render, pk_progress *progre
 
   if (render->tree && desc->lights != PKTRT_LIGHTS_ALL) {
     tile->chooser = PK_NEW(&render->scene->desc, pk_light_chooser, 1);
-    if (!tile->chooser) {
+    if (tile->chooser) tile->chooser->chosen = PK_NEW(&render->scene->desc, pk_light_chosen, render->asked[1] + 1);
+    if (!tile->chooser || !tile->chooser->chosen) {
       pk_tile_free(tile);
       return NULL;
     }

@@ -1,4 +1,4 @@
-/* pktrt.h - v0.22.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.23.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -201,7 +201,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 2200              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 2300              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; with more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; with more: PKTRT_LIMIT */
@@ -25717,21 +25717,15 @@ PK_CALL(pktrt_status, prepare_environment, (scene, desc), pktrt_scene *scene, co
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.23.0   What to change: nothing. Pictures under an environment given by a callback, with PKTRT_LIGHTS_ONE or
+              _ONE_DEEPER on gloss, and adaptive ones by PKTRT_ERROR_DISPLAY have other bits, and less noise. Where
+              there are many lights, a glossy surface asks up to 64 of them. Reports are unreliable a little more
+              often after two and three passes, less often after many; intervals of adaptive passes are wider.
+
      0.22.0   What to change: pktrt_light and pktrt_render_desc have new fields: zero them, as ever. Pictures of meshes
-              with normals, under an environment given by a callback, or with PKTRT_LIGHTS_ONE or _ONE_DEEPER have
-              other bits, and less noise.
-              Adaptive pictures have other bits, less bias and, where light is rare, more noise: rare light is no longer
-              diluted. Estimates from few passes are called unreliable less often, and renders end at targets sooner.
-              New:
-                - `angle` of a directional light makes it a sun. Suns in environments are found and sampled closely.
-                - environment_width and environment_height tell the size of a sky made of pixels.
-                - Bodies with vertex normals have no black triangles where light grazes them: shadow rays that would
-                  lead below a triangle start above it.
-                - PKTRT_LIGHTS_ONE and _ONE_DEEPER weigh lights for lobes, too, and ask eight where there are many, on
-                  gloss 8 to 64: half to a twentieth of the error of before in the same time.
-                - PKTRT_ERROR_DISPLAY measures errors as pktrt_to_srgb8 shows them; the report has display_error, and
-                  effective_pixels and unreliable have a third element. pktrt_add_display_pass sums for it.
-                - The code: plainer names, one way to find a corner at a time, how to add a primitive (>>extend).
+              with normals, under an environment given by a callback, with PKTRT_LIGHTS_ONE or _ONE_DEEPER, and by
+              adaptive passes have other bits. New: suns (`angle`), environment_width and _height, PKTRT_ERROR_DISPLAY;
+              lights are weighed for lobes; no black triangles where light grazes bodies with vertex normals.
 
    examples/manual.md has the history of all versions, and says what may change.
 */

@@ -2026,7 +2026,7 @@ enum {
   256 /* packets of rays after which a tile calls the progress hook, some milliseconds: more answer later */
 #endif
 #ifndef PK_RELIABLE_DEVIATION
-#define PK_RELIABLE_DEVIATION 0.44 /* of the squared error: estimates that are less certain are unreliable */
+#define PK_RELIABLE_DEVIATION 0.435 /* of the squared error: estimates that are less certain are unreliable */
 #endif
 #ifndef PK_RELIABLE_PASSES
 #define PK_RELIABLE_PASSES 8 /* with fewer, no bound of an unreliable estimate meets a target */

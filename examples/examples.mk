@@ -84,9 +84,13 @@ COURSE_RUN = $(if $(N),$(filter $(CHAPTER)_%,$(COURSE_PROGRAMS)),$(COURSE_PROGRA
 course:
 	@[ -n "$(COURSE_RUN)" ] || { echo "course: there is no chapter $(N)"; exit 1; }
 	$(BUILD) $(COURSE_RUN:%=out/course/%.txt)
-	@cat $(COURSE_RUN:%=out/course/%.txt)
+	@grep -hv '^= ' $(COURSE_RUN:%=out/course/%.txt)
 
 out/course/%.txt: $(B)/course/% | out/course
+	$< >$@ || { cat $@; exit 1; }
+
+# What the check of a chapter says of the solution, for figures of the text.
+out/course/%_check.txt: $(B)/course/%_solution | out/course
 	$< >$@ || { cat $@; exit 1; }
 
 COURSE_LIBRARY = $(B)/pktrt.o
@@ -114,8 +118,8 @@ course-check: | $(B)/course out/course
 	@$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
 	@$(B)/course/$(CHAPTER)_mine
 
-#: course-test       tests solutions, which pass, skeletons, which fail, and the listings of the texts;
-#:                   course-check-text tests the listings alone
+#: course-test       tests solutions, which pass, skeletons, which fail, and the listings and figures of the texts;
+#:                   course-check-text tests the listings and figures alone
 TCC := $(shell command -v tcc)
 course-test: course-check-text | out/course
 	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
@@ -126,17 +130,21 @@ course-test: course-check-text | out/course
 $(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc
 	$(TCC) -std=c99 -Wall -Werror $(SHARED) -c $< -o $@
 
-# Listings are the code between marks: see listings.awk there.
-#: course-text       copies the code into the texts of examples/course; changes tracked files
+# Listings are the code between marks, and figures what programs print: see listings.awk and figures.awk there.
+COURSE_PRINTED = $(COURSE_PROGRAMS:%=out/course/%.txt) $(COURSE_CHECKS:%=out/course/%_check.txt)
+# Texts whose decimals have no names yet. A text leaves this list when its figures are marked.
+COURSE_UNMARKED = 01_ray.md 02_bvh.md 03_walk.md 04_packet.md 05_interval.md 06_ablate.md 07_figure3.md 08_reflect.md 09_blur.md 10_sampler.md README.md instructors.md lab_differences.md lab_leaks.md
+COURSE_FILL = mkdir -p $(B)/course/texts && awk -f $(COURSE)/listings.awk $$text >$(B)/course/texts/$${text\#\#*/} && \
+  awk -v unmarked="$(COURSE_UNMARKED)" -f $(COURSE)/figures.awk $(COURSE_PRINTED) $(B)/course/texts/$${text\#\#*/} >$(B)/course/text
+#: course-text       copies code and figures into the texts of examples/course; changes tracked files
 course-text: | $(B)/course
-	@set -e; for text in $(COURSE_TEXTS); do \
-	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text; cmp -s $(B)/course/text $$text || cp $(B)/course/text $$text; \
-	done
+	$(BUILD) $(COURSE_PRINTED)
+	@set -e; for text in $(COURSE_TEXTS); do $(COURSE_FILL); cmp -s $(B)/course/text $$text || cp $(B)/course/text $$text; done
 
 course-check-text: | $(B)/course
-	@good=0; for text in $(COURSE_TEXTS); do \
-	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text || good=1; diff -u $$text $(B)/course/text || good=1; \
-	done; [ $$good = 0 ] && echo "course-check-text: the listings of $(words $(COURSE_TEXTS)) texts are those of the code"
+	$(BUILD) $(COURSE_PRINTED)
+	@good=0; for text in $(COURSE_TEXTS); do $(COURSE_FILL) || good=1; diff -u $$text $(B)/course/text || good=1; done; \
+	[ $$good = 0 ] && echo "course-check-text: listings and figures of $(words $(COURSE_TEXTS)) texts are those of code and programs"
 
 # The pictures that texts show are kept under version control, if they are small.
 #: course-pictures   copies the pictures of these texts to .pictures/course; changes tracked files

@@ -44,5 +44,24 @@ control 'code of a solution' '<!-- listing wrong_solution.c part -->' 'int x;' '
 printf '<!-- listing wrong.c part -->\n```c\nint x;\n```\n' | tee "$text" >"$text.new"
 awk -f "$listings" "$text" | cmp -s - "$text.new" || bad "what is right is changed"
 
-[ $failed = 0 ] && echo "course: of $# chapters solutions pass and skeletons fail; of 5 wrong listings each is noticed"
+# The same for figures: a text, and what awk must say of it; or nothing: it must change the text.
+figures=examples/course/figures.awk
+printf 'by kind: 1\n\n= share 0.25\n' >"$built/wrong.txt"
+figure() { # what is wrong, the text, what awk must say
+  printf '%s\n' "$2" >"$text"
+  if awk -f "$figures" "$built/wrong.txt" "$text" >"$text.new" 2>"$text.said"; then
+    [ -z "$3" ] && ! cmp -s "$text" "$text.new"
+  else
+    [ -n "$3" ] && grep -q "$3" "$text.said"
+  fi || bad "not noticed: $1"
+}
+figure 'another value' 'It is 0.26<!-- share -->.' ''
+figure 'a figure that nothing prints' 'It is 0.25<!-- part -->.' 'no program prints'
+figure 'a decimal without a name' 'It is 0.25.' 'no figure'
+figure 'another output' "$(printf '<!-- output by kind -->\n```\nby kind: 2\n```')" ''
+figure 'no such output' "$(printf '<!-- output by size -->\n```\nby size: 2\n```')" 'prints nothing'
+printf 'It is 0.25<!-- share -->, `0.5` and, by section 3.1, 0.75.\n<!-- given 0.75 -->\n' >"$text"
+sed -i '1h;1d;$G' "$text" && awk -f "$figures" "$built/wrong.txt" "$text" | cmp -s - "$text" || bad "a right figure is changed"
+
+[ $failed = 0 ] && echo "course: of $# chapters solutions pass and skeletons fail; of 10 wrong listings and figures each is noticed"
 exit $failed

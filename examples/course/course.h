@@ -247,6 +247,17 @@ EX_UNUSED static course_picture course_picture_make(uint32_t width, uint32_t hei
   return p;
 }
 
+/* Prints a figure that the text names in a comment behind it, as in 22353<!-- dropped -->; see figures.awk. `name` has no
+   blank, and neither has what the format makes. */
+EX_UNUSED static void course_figure(const char *name, const char *format, ...) {
+  va_list values;
+  va_start(values, format);
+  printf("= %s ", name);
+  vprintf(format, values);
+  printf("\n");
+  va_end(values);
+}
+
 /* The folder for pictures, made if need be. */
 EX_UNUSED static void course_make_folder(void) {
   mkdir("out", 0777); /* where that fails, so does what follows, and says why */

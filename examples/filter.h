@@ -26,8 +26,8 @@
    has the mean |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the
    mean of two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 13 x 13 pixels this tells
    which part of the way from the picture to the filtered one has the least error: the picture goes that part. Where
-   filtering does harm, the part is 0. It is 0 as well where the gain is below its own standard error (of the colours as
-   they are: twice that), and smaller up to three (five) times that.
+   filtering does harm, the part is 0. It is 0 as well where the gain is below half its own standard error (of the colours
+   as they are: twice that), and smaller up to twice (five times) that.
 
    All of this is done twice: for colours as a screen shows them, cut off at white (1), and as they are. The first decides
    below white, the second above; where a pixel goes from above to below, the brighter of both; and the second alone where
@@ -79,8 +79,8 @@ enum { FILTER_FEATURES = 7 }; /* depth, normal, albedo */
 FILTER_API bool filter_rectangle(
     const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out, float *error);
 
-/* Whether the sum of these estimates, of the whole picture, is not to be believed: fewer than six pixels carry the
-   variance, or fewer than two the estimate. */
+/* Whether the sum of these estimates, of the whole picture, is not to be believed: fewer than five pixels carry the
+   variance, or fewer than three the estimate. */
 FILTER_API bool filter_unreliable(const filter_picture *from, const float *error);
 
 /* The picture in tiles, each by a call of filter_tile, from any thread. */
@@ -568,11 +568,11 @@ static void filter__judge(filter__room *room, int32_t p) {
   room->shown_risk[p] = shown_gain * shown_gain * (white ? 4 : 1);
 }
 
-/* Returns the part of the way to the filtered picture that has the least error around a pixel: 1 if the gain is `most`
-   times its standard error, 0 if it is `least` times that. */
-static float filter__part(float gain, float change, float risk, float least, float most) {
+/* Returns the part of the way to the filtered picture that has the least error around a pixel, if the gain is `hope`
+   standard errors larger: all of it if the gain is `most` times its standard error, 0 if it is `least` times that. */
+static float filter__part(float gain, float change, float risk, float hope, float least, float most) {
   const float doubt = sqrtf(risk);
-  const float part = gain > 0 && change > 0 ? (gain + 0.5f * doubt) / (2 * change) : 0;
+  const float part = gain > 0 && change > 0 ? (gain + hope * doubt) / (2 * change) : 0;
   const float sure = (gain / (doubt + 1e-20f) - least) / (most - least);
   return (part < 1 ? part : 1) * (sure < 1 ? sure > 0 ? sure : 0 : 1);
 }
@@ -595,9 +595,9 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
     }
 
   const bool noisy = room->pooled[p] > 0;
-  const float whole = noisy ? filter__part(gain, change, risk, 2, 5) : 0;
-  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 0.5f, 2) : 0;
-  const float broad = noisy ? filter__part(gain, change, square, 5, 8) : 0;
+  const float whole = noisy ? filter__part(gain, change, risk, 0, 2, 5) : 0;
+  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 0.5f, 0.5f, 2) : 0;
+  const float broad = noisy ? filter__part(gain, change, square, 0, 5, 8) : 0;
   const float screen = shown > broad ? shown : broad;
   float along = 0, moved = 0; /* the change, times that to the filtered picture, and squared */
   for (int c = 0; c < 3; c++) {
@@ -651,7 +651,7 @@ FILTER_API bool filter_unreliable(const filter_picture *from, const float *error
     left_squares += e * e;
   }
   if (noise_squares == 0) return false; /* nothing is noisy */
-  return noise * noise < 6 * noise_squares || left < 0 || left * left < 2 * left_squares;
+  return noise * noise < 5 * noise_squares || left < 0 || left * left < 3 * left_squares;
 }
 
 FILTER_API size_t filter_tiles(const filter_picture *from) {

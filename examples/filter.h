@@ -12,7 +12,8 @@
    A pixel takes its value on a plane that is fitted to the pixels around it that can share its mean, after Sakai et al.
    2024, "A statistical approach to Monte Carlo denoising": squared differences of two means over the sum of their
    variances, as in Welch's t-test, averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are
-   range weights beside it. (Colours are not divided by albedos: where gloss adds to a small albedo that made glints of
+   range weights beside it, and a pixel 2.4 pixels away weighs half. The pixel itself first goes towards its neighbours on
+   the line along which colours change least, for pixels of an edge share their mean with few others. (Colours are not divided by albedos: where gloss adds to a small albedo that made glints of
    other pixels.)
 
    Fireflies: a pixel over eight times as bright in one half as in the other, and as every pixel around, becomes as bright

@@ -171,8 +171,7 @@ static filtered measure_screen(const bench *b, stage *g, filtering *f, unsigned 
   filtered r;
   memset(&r, 0, sizeof r);
   for (uint32_t k = 0; k < seeds; k++)
-    take_filtered_passes(
-        g, f, shown_plans[plan].passes, shown_plans[plan].samples, b->given.seed + 1000 * k, &r);
+    take_filtered_passes(g, f, shown_plans[plan].passes, shown_plans[plan].samples, b->given.seed + 1000 * k, &r);
   return r;
 }
 

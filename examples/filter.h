@@ -13,8 +13,8 @@
    2024, "A statistical approach to Monte Carlo denoising": squared differences of two means over the sum of their
    variances, as in Welch's t-test, averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are
    range weights beside it, and a pixel 2.4 pixels away weighs half. The pixel itself first goes towards its neighbours on
-   the line along which colours change least, for pixels of an edge share their mean with few others. (Colours are not divided by albedos: where gloss adds to a small albedo that made glints of
-   other pixels.)
+   the line along which colours change least, for pixels of an edge share their mean with few others. (Colours are not
+   divided by albedos: where gloss adds to a small albedo that made glints of other pixels.)
 
    Fireflies: a pixel over eight times as bright in one half as in the other, and as every pixel around, becomes as bright
    as the brightest of these (see filter__calm). That light is lost.
@@ -216,6 +216,7 @@ FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to) {
 enum { FILTER_DENSE = 3 }; /* farther away every other pixel is enough */
 enum { FILTER_REACH = 10, FILTER_PATCH = 1, FILTER_POOL = 2, FILTER_MIX = 6, FILTER_CALM = 2 };
 #define FILTER_FALL 18.0f /* a pixel at the end of the reach weighs 1 / (1 + this) */
+#define FILTER_LINE 0.3f  /* the most that a pixel goes to its neighbours on a line */
 enum { FILTER_BORDER = FILTER_REACH + FILTER_PATCH + FILTER_POOL + FILTER_MIX + FILTER_CALM };
 
 /* Sums of one half's weights over the pixels of the other half, one plane each. Offsets u, v are in units of the reach. */
@@ -459,9 +460,10 @@ static float filter__bend(const filter__room *room, int k, int32_t p, int32_t st
 
 /* Finds the line through pixel p, of eight directions, along which colours of half k change least: *step leads from one
    of its pixels to the next. Returns the part by which the pixel should go to the mean of its neighbours on the line: its
-   variance over its squared difference from that mean, which contains its variance. The difference is taken at three
-   pixels, and the smallest of eight is small by chance, too: hence a part of 0.65. The variance is that of
-   the neighbours on the line and around, because that of the pixel knows of both halves. */
+   variance over its squared difference from that mean, which contains its variance, and no more than FILTER_LINE. The
+   difference is taken at three pixels, and the smallest of eight is small by chance, too: hence that part of it. The
+   variance is the least of those of the neighbours and of the pixels around, because that of the pixel knows of both
+   halves, and a glint beside it is no noise of its own. */
 static float filter__line(const filter__room *room, int k, int32_t p, int32_t *step) {
   static const int8_t lines[8][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}, {2, 1}, {1, 2}, {2, -1}, {1, -2}};
   float least = 1e30f, noise = 0;
@@ -474,18 +476,19 @@ static float filter__line(const filter__room *room, int k, int32_t p, int32_t *s
     const float bend = 0.5f * filter__bend(room, k, p, next) + 0.25f * beside;
     if (!(bend < least)) continue;
     least = bend;
-    noise = 0.25f * (room->variance[p - next] + room->variance[p + next]) + 0.5f * room->pooled[p];
+    noise = room->variance[p - next] < room->variance[p + next] ? room->variance[p - next] : room->variance[p + next];
+    noise = noise < room->pooled[p] ? noise : room->pooled[p];
     *step = next;
   }
 
-  const float part = 0.65f * noise / (least + 1e-20f);
-  return part < 2.0f / 3 ? part : 2.0f / 3; /* the three pixels weigh alike */
+  const float part = FILTER_LINE * noise / (least + 1e-20f);
+  return part < FILTER_LINE ? part : FILTER_LINE;
 }
 
 /* Fits a plane to the colours around pixel p, the pixel itself weighing 1, and keeps its value at p. Returns what the
    pixel itself weighs in that. First the pixel goes to the mean of its neighbours on a line by a part (see filter__line):
-   the pixels of an edge differ from all around, and most of the noise that is left is theirs. A hundredth is added to the variances of offsets, so that few pixels or such in a line
-   tilt no plane. */
+   the pixels of an edge differ from all around, and most of the noise that is left is theirs. A hundredth is added to the
+   variances of offsets, so that few pixels or such in a line tilt no plane. */
 static float filter__fit(filter__room *room, int k, int32_t p) {
   float *const *sum = room->sum[k];
   const float weight = sum[FILTER_W][p] + 1;
@@ -569,12 +572,11 @@ static void filter__judge(filter__room *room, int32_t p) {
   room->shown_risk[p] = shown_gain * shown_gain * (white ? 4 : 1);
 }
 
-/* Returns the part of the way to the filtered picture that has the least error around a pixel, if the gain is `hope`
-   standard errors larger: all of it if the gain is `most` times its standard error, 0 if it is `least` times that. */
-static float filter__part(float gain, float change, float risk, float hope, float least, float most) {
-  const float doubt = sqrtf(risk);
-  const float part = gain > 0 && change > 0 ? (gain + hope * doubt) / (2 * change) : 0;
-  const float sure = (gain / (doubt + 1e-20f) - least) / (most - least);
+/* Returns the part of the way to the filtered picture that has the least error around a pixel: all of it if the gain is
+   `most` times its standard error, 0 if it is `least` times that. */
+static float filter__part(float gain, float change, float risk, float least, float most) {
+  const float part = gain > 0 && change > 0 ? gain / (2 * change) : 0;
+  const float sure = (gain / (sqrtf(risk) + 1e-20f) - least) / (most - least);
   return (part < 1 ? part : 1) * (sure < 1 ? sure > 0 ? sure : 0 : 1);
 }
 
@@ -596,9 +598,9 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
     }
 
   const bool noisy = room->pooled[p] > 0;
-  const float whole = noisy ? filter__part(gain, change, risk, 0, 2, 5) : 0;
-  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 0.5f, 0.5f, 2) : 0;
-  const float broad = noisy ? filter__part(gain, change, square, 0, 5, 8) : 0;
+  const float whole = noisy ? filter__part(gain, change, risk, 2, 5) : 0;
+  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 0.5f, 2) : 0;
+  const float broad = noisy ? filter__part(gain, change, square, 5, 8) : 0;
   const float screen = shown > broad ? shown : broad;
   float along = 0, moved = 0; /* the change, times that to the filtered picture, and squared */
   for (int c = 0; c < 3; c++) {

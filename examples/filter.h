@@ -12,8 +12,9 @@
    A pixel takes its value on a plane that is fitted to the pixels around it that can share its mean, after Sakai et al.
    2024, "A statistical approach to Monte Carlo denoising": squared differences of two means over the sum of their
    variances, as in Welch's t-test, averaged over 3 x 3 pixels, decide about membership; normals, depths and albedos are
-   range weights beside it. (Colours are not divided by albedos: where gloss adds to a small albedo that made glints of
-   other pixels.)
+   range weights beside it, and a pixel 2.4 pixels away weighs half. The pixel itself first goes towards its neighbours on
+   the line along which colours change least, for pixels of an edge share their mean with few others. (Colours are not
+   divided by albedos: where gloss adds to a small albedo that made glints of other pixels.)
 
    Fireflies: a pixel over eight times as bright in one half as in the other, and as every pixel around, becomes as bright
    as the brightest of these (see filter__calm). That light is lost.
@@ -26,8 +27,8 @@
    has the mean |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the
    mean of two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 13 x 13 pixels this tells
    which part of the way from the picture to the filtered one has the least error: the picture goes that part. Where
-   filtering does harm, the part is 0. It is 0 as well where the gain is below its own standard error (of the colours as
-   they are: twice that), and smaller up to three (five) times that.
+   filtering does harm, the part is 0. It is 0 as well where the gain is below half its own standard error (of the colours
+   as they are: twice that), and smaller up to twice (five times) that.
 
    All of this is done twice: for colours as a screen shows them, cut off at white (1), and as they are. The first decides
    below white, the second above; where a pixel goes from above to below, the brighter of both; and the second alone where
@@ -79,8 +80,8 @@ enum { FILTER_FEATURES = 7 }; /* depth, normal, albedo */
 FILTER_API bool filter_rectangle(
     const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out, float *error);
 
-/* Whether the sum of these estimates, of the whole picture, is not to be believed: fewer than six pixels carry the
-   variance, or fewer than two the estimate. */
+/* Whether the sum of these estimates, of the whole picture, is not to be believed: fewer than five pixels carry the
+   variance, or fewer than three the estimate. */
 FILTER_API bool filter_unreliable(const filter_picture *from, const float *error);
 
 /* The picture in tiles, each by a call of filter_tile, from any thread. */
@@ -213,7 +214,9 @@ FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to) {
 
 /* How far weights, comparisons, pooled variances, the choice between both pictures, and the search for fireflies look. */
 enum { FILTER_DENSE = 3 }; /* farther away every other pixel is enough */
-enum { FILTER_REACH = 10, FILTER_PATCH = 1, FILTER_POOL = 3, FILTER_MIX = 6, FILTER_CALM = 2 };
+enum { FILTER_REACH = 10, FILTER_PATCH = 1, FILTER_POOL = 2, FILTER_MIX = 6, FILTER_CALM = 2 };
+#define FILTER_FALL 18.0f /* a pixel at the end of the reach weighs 1 / (1 + this) */
+#define FILTER_LINE 0.3f  /* the most that a pixel goes to its neighbours on a line */
 enum { FILTER_BORDER = FILTER_REACH + FILTER_PATCH + FILTER_POOL + FILTER_MIX + FILTER_CALM };
 
 /* Sums of one half's weights over the pixels of the other half, one plane each. Offsets u, v are in units of the reach. */
@@ -326,17 +329,20 @@ static void filter__calm_all(filter__room *room) {
     }
 }
 
-/* A quarter of a pixel's own variance and three quarters of the mean of those around it. WHY: its own is coarse, and
-   knows of both halves: what one half weighs by it is no longer independent of the other. */
+/* Sets `pooled` to the mean of two means of variances around a pixel, of the four next to it and of all in 5 x 5. The
+   pixel's own variance is left out. WHY: it knows of both halves. What one half weighs by it would depend on the other
+   half, and the estimated error would be too low, with two passes by a quarter. */
 static void filter__pool(filter__room *room) {
   const int32_t w = room->width, h = room->height, reach = FILTER_POOL;
+  const float around = (float)((2 * reach + 1) * (2 * reach + 1) - 1);
+
   for (int32_t y = reach; y < h - reach; y++)
     for (int32_t x = reach; x < w - reach; x++) {
+      const float *v = room->variance + y * w + x;
       float sum = 0;
       for (int32_t dy = -reach; dy <= reach; dy++)
-        for (int32_t dx = -reach; dx <= reach; dx++) sum += room->variance[(y + dy) * w + x + dx];
-      room->pooled[y * w + x] =
-          0.25f * room->variance[y * w + x] + 0.75f * sum / (float)((2 * reach + 1) * (2 * reach + 1));
+        for (int32_t dx = -reach; dx <= reach; dx++) sum += dx || dy ? v[dy * w + dx] : 0;
+      room->pooled[y * w + x] = 0.125f * (v[-w] + v[-1] + v[1] + v[w]) + 0.5f * sum / around;
     }
 }
 
@@ -413,12 +419,14 @@ static void filter__add(filter__room *room, int k, int32_t p, int32_t q, float w
 static void filter__accumulate(filter__room *room, int32_t dx, int32_t dy) {
   const int32_t w = room->width, first = FILTER_REACH + FILTER_POOL + FILTER_PATCH, offset = dy * w + dx;
   const float u = (float)dx / (float)FILTER_REACH, v = (float)dy / (float)FILTER_REACH;
+  const float near = 1 / (1 + FILTER_FALL * (u * u + v * v));
+
   for (int k = 0; k < 2; k++) {
     const float *rows = room->rows[k];
     for (int32_t y = first; y < room->height - first; y++)
       for (int32_t p = y * w + first; p < (y + 1) * w - first; p++) {
-        const float rest = 1 - (rows[p - w] + rows[p] + rows[p + w]) * (1.0f / 36); /* 9 pixels, t^2 up to 4 */
-        const float weight = rest > 0 ? rest * rest * room->share[k][p] : 0;
+        const float rest = 1 - (rows[p - w] + rows[p] + rows[p + w]) * (1.0f / 45); /* 9 pixels, t^2 up to 5 */
+        const float weight = rest > 0 ? near * rest * rest * room->share[k][p] : 0;
         if (weight > 0) filter__add(room, k, p, p + offset, weight, u, v);
       }
   }
@@ -439,9 +447,48 @@ static void filter__weigh(filter__room *room) {
 /* What a screen shows of a value. */
 static float filter__shown(float x) { return x < 0 ? 0 : x < 1 ? x : 1; }
 
+/* Returns the squared difference, in half k, of pixel p and the mean of its two neighbours at p - step and p + step. */
+static float filter__bend(const filter__room *room, int k, int32_t p, int32_t step) {
+  float squared = 0;
+  for (int c = 0; c < 3; c++) {
+    const float *x = room->colour[k][c];
+    const float d = x[p] - 0.5f * (x[p - step] + x[p + step]);
+    squared += d * d;
+  }
+  return squared;
+}
+
+/* Finds the line through pixel p, of eight directions, along which colours of half k change least: *step leads from one
+   of its pixels to the next. Returns the part by which the pixel should go to the mean of its neighbours on the line: its
+   variance over its squared difference from that mean, which contains its variance, and no more than FILTER_LINE. The
+   difference is taken at three pixels, and the smallest of eight is small by chance, too: hence that part of it. The
+   variance is the least of those of the neighbours and of the pixels around, because that of the pixel knows of both
+   halves, and a glint beside it is no noise of its own. */
+static float filter__line(const filter__room *room, int k, int32_t p, int32_t *step) {
+  static const int8_t lines[8][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}, {2, 1}, {1, 2}, {2, -1}, {1, -2}};
+  float least = 1e30f, noise = 0;
+  *step = 0;
+
+  for (int i = 0; i < 8; i++) {
+    const int32_t next = lines[i][1] * room->width + lines[i][0];
+    if (room->inside[p - next] == 0 || room->inside[p + next] == 0) continue;
+    const float beside = filter__bend(room, k, p - next, next) + filter__bend(room, k, p + next, next);
+    const float bend = 0.5f * filter__bend(room, k, p, next) + 0.25f * beside;
+    if (!(bend < least)) continue;
+    least = bend;
+    noise = room->variance[p - next] < room->variance[p + next] ? room->variance[p - next] : room->variance[p + next];
+    noise = noise < room->pooled[p] ? noise : room->pooled[p];
+    *step = next;
+  }
+
+  const float part = FILTER_LINE * noise / (least + 1e-20f);
+  return part < FILTER_LINE ? part : FILTER_LINE;
+}
+
 /* Fits a plane to the colours around pixel p, the pixel itself weighing 1, and keeps its value at p. Returns what the
-   pixel itself weighs in that. A hundredth is added to the variances of offsets, so that few pixels or such in a line
-   tilt no plane. */
+   pixel itself weighs in that. First the pixel goes to the mean of its neighbours on a line by a part (see filter__line):
+   the pixels of an edge differ from all around, and most of the noise that is left is theirs. A hundredth is added to the
+   variances of offsets, so that few pixels or such in a line tilt no plane. */
 static float filter__fit(filter__room *room, int k, int32_t p) {
   float *const *sum = room->sum[k];
   const float weight = sum[FILTER_W][p] + 1;
@@ -452,13 +499,18 @@ static float filter__fit(filter__room *room, int k, int32_t p) {
   const float determinant = uu * vv - uv * uv;
   const float across = (vv * u - uv * v) / determinant, along = (uu * v - uv * u) / determinant;
 
+  int32_t step;
+  const float part = filter__line(room, k, p, &step);
+
   for (int c = 0; c < 3; c++) {
-    const float mean = (sum[FILTER_C + c][p] + room->colour[1 - k][c][p]) / weight;
+    const float *colour = room->colour[1 - k][c];
+    const float self = colour[p] + part * (0.5f * (colour[p - step] + colour[p + step]) - colour[p]);
+    const float mean = (sum[FILTER_C + c][p] + self) / weight;
     const float cu = sum[FILTER_CU + c][p] / weight - u * mean, cv = sum[FILTER_CV + c][p] / weight - v * mean;
     const float fitted = mean - across * cu - along * cv;
     room->filtered[k][c][p] = fitted < 0 ? 0 : fitted;
   }
-  return (1 + across * u + along * v) / weight;
+  return (1 - part) * (1 + across * u + along * v) / weight;
 }
 
 /* Returns what part of a pixel's variance a screen shows: by how much the halves differ there, and no more than
@@ -520,8 +572,8 @@ static void filter__judge(filter__room *room, int32_t p) {
   room->shown_risk[p] = shown_gain * shown_gain * (white ? 4 : 1);
 }
 
-/* Returns the part of the way to the filtered picture that has the least error around a pixel: 1 if the gain is `most`
-   times its standard error, 0 if it is `least` times that. */
+/* Returns the part of the way to the filtered picture that has the least error around a pixel: all of it if the gain is
+   `most` times its standard error, 0 if it is `least` times that. */
 static float filter__part(float gain, float change, float risk, float least, float most) {
   const float part = gain > 0 && change > 0 ? gain / (2 * change) : 0;
   const float sure = (gain / (sqrtf(risk) + 1e-20f) - least) / (most - least);
@@ -547,7 +599,7 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
 
   const bool noisy = room->pooled[p] > 0;
   const float whole = noisy ? filter__part(gain, change, risk, 2, 5) : 0;
-  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 1, 3) : 0;
+  const float shown = noisy ? filter__part(shown_gain, shown_change, shown_risk, 0.5f, 2) : 0;
   const float broad = noisy ? filter__part(gain, change, square, 5, 8) : 0;
   const float screen = shown > broad ? shown : broad;
   float along = 0, moved = 0; /* the change, times that to the filtered picture, and squared */
@@ -602,7 +654,7 @@ FILTER_API bool filter_unreliable(const filter_picture *from, const float *error
     left_squares += e * e;
   }
   if (noise_squares == 0) return false; /* nothing is noisy */
-  return noise * noise < 6 * noise_squares || left < 0 || left * left < 2 * left_squares;
+  return noise * noise < 5 * noise_squares || left < 0 || left * left < 3 * left_squares;
 }
 
 FILTER_API size_t filter_tiles(const filter_picture *from) {

@@ -62,7 +62,7 @@ static const claim claims[] = {
     {"filtered over unfiltered RMSE, the largest at 4 to 256 samples", 1.02, true, check_filter, NULL, 0, 0},
     {"filtered over unfiltered on a screen, the largest of all small and built-in scenes", 1.02, true, check_screen,
         NULL, 0, 0},
-    {"filtered over unfiltered on a screen, mean of the smooth scenes", 0.6, true, check_screen, NULL, 1, 0.66},
+    {"filtered over unfiltered on a screen, mean of the smooth scenes", 0.6, true, check_screen, NULL, 1, 0},
     {"filtered: estimates not called unreliable within 0.7 to 1.3 times the truth", 1, false, check_screen, NULL, 2,
         0.85},
     {"filtered: estimates called unreliable", 0.3, true, check_screen, NULL, 3, 0},
@@ -106,6 +106,9 @@ static void print_help(void) {
          "  --results DIR      error_PART.csv and .md of each part\n"
          "  --references DIR   where references are kept, and found again\n"
          "  --threads N        for what is not timed, 1 to %d (as many as there are cores)\n"
+         "  --seed N           the first seed of filtered runs as a screen shows them (1): others than those by which "
+         "the\n"
+         "                     filter's constants were chosen, 501\n"
          "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not;\n"
          "                     of these, PART picks by words of their sentences\n"
          "  --help             this text\nPART, without one all:\n",
@@ -119,6 +122,7 @@ static bool parse_option(options *o, int key) {
   case 'o': o->results = optarg; return true;
   case 'r': o->references = optarg; return true;
   case 't': return ex_parse_uint("threads", optarg, 1, EX_MAX_THREADS, &o->threads);
+  case 's': return ex_parse_uint("seed", optarg, 1, 999, &o->seed);
   case 'k': return o->check = true;
   case 'h': print_help(); exit(0);
   default: return false; /* getopt has said what */
@@ -128,9 +132,11 @@ static bool parse_option(options *o, int key) {
 static bool parse_options(int argc, char **argv, options *o) {
   static const struct option list[] = {{"results", required_argument, NULL, 'o'},
       {"references", required_argument, NULL, 'r'}, {"threads", required_argument, NULL, 't'},
-      {"check", no_argument, NULL, 'k'}, {"help", no_argument, NULL, 'h'}, {NULL, 0, NULL, 0}};
+      {"seed", required_argument, NULL, 's'}, {"check", no_argument, NULL, 'k'}, {"help", no_argument, NULL, 'h'},
+      {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->threads = ex_processors();
+  o->seed = FIRST_SEED;
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)
     if (!parse_option(o, key)) return false;
   for (; optind < argc; optind++) {

@@ -35,6 +35,7 @@ typedef struct options {
   const char *results, *references; /* directories; NULL: nothing is kept */
   const char *names[MAX_NAMES];
   unsigned name_count, threads; /* threads: for what is not timed */
+  uint32_t seed;                /* the first of runs whose filter is judged by what a screen shows */
   bool check;
 } options;
 

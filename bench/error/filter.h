@@ -167,12 +167,11 @@ static void open_shown(const bench *b, stage *g, unsigned k) {
   stage_reference(b, g, REFERENCE_SAMPLES);
 }
 
-static filtered measure_screen(stage *g, filtering *f, unsigned plan, unsigned seeds) {
+static filtered measure_screen(const bench *b, stage *g, filtering *f, unsigned plan, unsigned seeds) {
   filtered r;
   memset(&r, 0, sizeof r);
   for (uint32_t k = 0; k < seeds; k++)
-    take_filtered_passes(
-        g, f, shown_plans[plan].passes, shown_plans[plan].samples, (uint32_t)FIRST_SEED + 1000 * k, &r);
+    take_filtered_passes(g, f, shown_plans[plan].passes, shown_plans[plan].samples, b->given.seed + 1000 * k, &r);
   return r;
 }
 
@@ -181,19 +180,19 @@ static double shown_ratio(const filtered *r) { return sqrt(r->shown[1] / r->show
 
 /* The RMSE on a screen of one set of samples that takes as long as one run of render and filter, all seeds. A set of the
    same number of samples tells the time of a sample. */
-static double one_set(stage *g, unsigned plan, unsigned seeds, const filtered *r) {
+static double one_set(const bench *b, stage *g, unsigned plan, unsigned seeds, const filtered *r) {
   const uint32_t samples = shown_plans[plan].passes * shown_plans[plan].samples;
   const double budget = (r->seconds[0] + r->seconds[1]) / seeds;
   double seconds = 0, sum = 0;
   outcome o;
   for (unsigned k = 0; k < seeds && k < 3; k++) {
-    const shot s = shot_of(PKTRT_SAMPLER_SOBOL, samples, 1, (uint32_t)FIRST_SEED + 1000 * k);
+    const shot s = shot_of(PKTRT_SAMPLER_SOBOL, samples, 1, b->given.seed + 1000 * k);
     take_shot(g, &s, &o);
     seconds += o.seconds / (seeds < 3 ? seeds : 3);
   }
   const uint32_t fitting = (uint32_t)fmax(1, floor(samples * budget / seconds + 0.5));
   for (unsigned k = 0; k < seeds; k++) {
-    const shot s = shot_of(PKTRT_SAMPLER_SOBOL, fitting, 1, (uint32_t)FIRST_SEED + 1000 * k);
+    const shot s = shot_of(PKTRT_SAMPLER_SOBOL, fitting, 1, b->given.seed + 1000 * k);
     take_shot(g, &s, &o);
     sum += screen_error(g);
   }
@@ -222,8 +221,8 @@ static void part_filter_shown(bench *b) {
     open_filtering(&f, &g);
     say(&b->out, "| %s |", g.name);
     for (unsigned p = 0; p < SHOWN_PLANS; p++) {
-      const filtered r = measure_screen(&g, &f, p, SEEDS_SHOWN);
-      const double ratio = shown_ratio(&r), equal = sqrt(r.shown[1]) / one_set(&g, p, SEEDS_SHOWN, &r);
+      const filtered r = measure_screen(b, &g, &f, p, SEEDS_SHOWN);
+      const double ratio = shown_ratio(&r), equal = sqrt(r.shown[1]) / one_set(b, &g, p, SEEDS_SHOWN, &r);
       say(&b->out, " %.2f (%.2f) |", ratio, equal);
       csv(&b->out, "%s,%u,%u,%d,%.4f,%.4f,%.4f,%u,%u,%.4f\n", g.name, (unsigned)shown_plans[p].passes,
           (unsigned)shown_plans[p].samples, (int)SEEDS_SHOWN, ratio, equal,
@@ -337,7 +336,7 @@ static const shown_all *checked_shown(const bench *b) {
     open_shown(b, &g, k);
     open_filtering(&f, &g);
     for (unsigned p = 0; p < SHOWN_PLANS; p++) {
-      const filtered r = measure_screen(&g, &f, p, SEEDS_CHECKED);
+      const filtered r = measure_screen(b, &g, &f, p, SEEDS_CHECKED);
       const double ratio = shown_ratio(&r);
       if (k < HARD_SCENES && hard_scenes[k].smooth) found.smooth += ratio, cells++;
       runs += SEEDS_CHECKED, doubted += r.doubted, close += r.close;
@@ -365,7 +364,7 @@ static filtered misled_shown(const bench *b, float scale) {
   open_shown(b, &g, which);
   open_filtering(&f, &g);
   f.scale = scale;
-  const filtered r = measure_screen(&g, &f, SHOWN_PLANS - 1, 2);
+  const filtered r = measure_screen(b, &g, &f, SHOWN_PLANS - 1, 2);
   free(f.depth);
   stage_close(&g);
   return r;

@@ -2044,6 +2044,10 @@ enum {
 #ifndef PK_ADAPT_DISPLAY_SMOOTHING
 #define PK_ADAPT_DISPLAY_SMOOTHING 0.1 /* the same for errors as shown, where cells judge themselves, too */
 #endif
+#ifndef PK_ADAPT_DISPLAY_OWN
+#define PK_ADAPT_DISPLAY_OWN \
+  0.7 /* of the rest, what the cell itself says; the other cell of its square says the others */
+#endif
 #ifndef PK_ADAPT_LEAST_DEVIATION
 #define PK_ADAPT_LEAST_DEVIATION \
   0.4 /* of the mean: what any cell has, as light not seen so far may yet come; 1: uniform passes */
@@ -24420,7 +24424,7 @@ static double pk_pass_smooth_variance(const pk_pass_sums *sums, uint32_t column,
   double smoothing = PK_ADAPT_SMOOTHING;
   if (sums->display) {
     const pk_pass_cell *own = &sums->cells[(size_t)row * sums->cell_columns + column];
-    beside = (other->variance + own->variance) / (double)(other->pixels + own->pixels);
+    if (own->pixels) beside += PK_ADAPT_DISPLAY_OWN * (own->variance / own->pixels - beside);
     smoothing = PK_ADAPT_DISPLAY_SMOOTHING;
   }
   if (!(pixels > 0)) around = beside;

@@ -118,8 +118,8 @@ course-check: | $(B)/course out/course
 	@$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
 	@$(B)/course/$(CHAPTER)_mine
 
-#: course-test       tests solutions, which pass, skeletons, which fail, and the listings and figures of the texts;
-#:                   course-check-text tests the listings and figures alone
+#: course-test       tests solutions, which pass, skeletons, which fail, listings and figures of the
+#:                   texts; course-check-text tests listings and figures alone
 TCC := $(shell command -v tcc)
 course-test: course-check-text | out/course
 	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \

@@ -1,5 +1,5 @@
-/* 11_picture.h - what program, exercise and check of chapter 11 share: materials, a scene, the same scene in the library,
-   and a record of the rays of a picture. */
+/* 11_picture.h - what program, exercise and check of chapter 11 share: materials, a scene, and the same scene in the
+   library. */
 #ifndef PICTURE_H
 #define PICTURE_H
 
@@ -13,9 +13,7 @@ typedef struct picture_material {
   float ior;    /* glass: its index of refraction, that of air is 1; 0: the surface is not glass */
   bool tiles;   /* squares of edge 1 in x and z; every other one has a sixth of the albedo */
 } picture_material;
-/* [end] */
 
-/* [way] */
 /* One of the rays that go on where a ray has met a surface. */
 typedef struct picture_way {
   pktrt_ray_type type; /* PKTRT_RAY_REFLECTION or PKTRT_RAY_REFRACTION */
@@ -41,37 +39,37 @@ typedef struct picture_scene {
 } picture_scene;
 
 /* Adds a vertex and returns its number. */
-EX_UNUSED static uint32_t picture_vertex(course_scene *s, vec position) {
-  s->position[s->vertices] = position;
-  return s->vertices++;
+EX_UNUSED static uint32_t picture_vertex(course_scene *scene, vec position) {
+  scene->position[scene->vertices] = position;
+  return scene->vertices++;
 }
 
 /* Adds a triangle, counter-clockwise as seen from a point on the other side of `centre`: of a convex body whose middle
    that is. */
-EX_UNUSED static void picture_triangle(course_scene *s, uint32_t a, uint32_t b, uint32_t c, vec centre) {
-  const vec p0 = s->position[a];
-  const vec across = vec_cross(vec_sub(s->position[b], p0), vec_sub(s->position[c], p0));
+EX_UNUSED static void picture_triangle(course_scene *scene, const uint32_t vertex[3], vec centre) {
+  const vec p0 = scene->position[vertex[0]];
+  const vec across = vec_cross(vec_sub(scene->position[vertex[1]], p0), vec_sub(scene->position[vertex[2]], p0));
   const bool outwards = vec_dot(across, vec_sub(p0, centre)) > 0;
-  uint32_t *corner = s->corner[s->triangles++];
+  uint32_t *corner = scene->corner[scene->triangles++];
 
-  corner[0] = a;
-  corner[1] = outwards ? b : c;
-  corner[2] = outwards ? c : b;
+  corner[0] = vertex[0];
+  corner[1] = vertex[outwards ? 1 : 2];
+  corner[2] = vertex[outwards ? 2 : 1];
 }
 
 /* Adds a parallelogram: a corner and two edges. */
-EX_UNUSED static void picture_quad(course_scene *s, vec corner, vec edge, vec other, vec centre) {
-  const uint32_t a = picture_vertex(s, corner);
-  const uint32_t b = picture_vertex(s, vec_add(corner, edge));
-  const uint32_t c = picture_vertex(s, vec_add(vec_add(corner, edge), other));
-  const uint32_t d = picture_vertex(s, vec_add(corner, other));
+EX_UNUSED static void picture_quad(course_scene *scene, vec corner, vec edge, vec other, vec centre) {
+  const uint32_t first = picture_vertex(scene, corner);
+  picture_vertex(scene, vec_add(corner, edge));
+  picture_vertex(scene, vec_add(vec_add(corner, edge), other));
+  picture_vertex(scene, vec_add(corner, other));
 
-  picture_triangle(s, a, b, c, centre);
-  picture_triangle(s, a, c, d, centre);
+  const uint32_t half[2][3] = {{first, first + 1, first + 2}, {first, first + 2, first + 3}};
+  for (int k = 0; k < 2; k++) picture_triangle(scene, half[k], centre);
 }
 
 /* Adds a cube on its lower face, with one upright edge turned by the angle of cosine 0.8 and sine 0.6. */
-EX_UNUSED static void picture_cube(course_scene *s, vec centre, float edge) {
+EX_UNUSED static void picture_cube(course_scene *scene, vec centre, float edge) {
   const float half = edge / 2;
   const vec axis[3] = {{{0.8f * half, 0, 0.6f * half}}, {{0, half, 0}}, {{-0.6f * half, 0, 0.8f * half}}};
 
@@ -81,103 +79,117 @@ EX_UNUSED static void picture_cube(course_scene *s, vec centre, float edge) {
     const vec to_corner = vec_add(u, v);
     for (int side = -1; side <= 1; side += 2) {
       const vec middle = vec_add(centre, vec_scale(axis[a], (float)side));
-      picture_quad(s, vec_sub(middle, to_corner), vec_scale(u, 2), vec_scale(v, 2), centre);
+      picture_quad(scene, vec_sub(middle, to_corner), vec_scale(u, 2), vec_scale(v, 2), centre);
     }
   }
 }
 
 /* Adds an octahedron, turned like the cube. */
-EX_UNUSED static void picture_octahedron(course_scene *s, vec centre, float radius) {
+EX_UNUSED static void picture_octahedron(course_scene *scene, vec centre, float radius) {
   const vec axis[3] = {
       {{0.8f * radius, 0, 0.6f * radius}}, {{0, 1.2f * radius, 0}}, {{-0.6f * radius, 0, 0.8f * radius}}};
   uint32_t vertex[3][2];
 
   for (int a = 0; a < 3; a++) {
-    vertex[a][0] = picture_vertex(s, vec_sub(centre, axis[a]));
-    vertex[a][1] = picture_vertex(s, vec_add(centre, axis[a]));
+    vertex[a][0] = picture_vertex(scene, vec_sub(centre, axis[a]));
+    vertex[a][1] = picture_vertex(scene, vec_add(centre, axis[a]));
   }
-  for (int k = 0; k < 8; k++) picture_triangle(s, vertex[0][k & 1], vertex[1][k >> 1 & 1], vertex[2][k >> 2], centre);
+  for (int k = 0; k < 8; k++) {
+    const uint32_t face[3] = {vertex[0][k & 1], vertex[1][k >> 1 & 1], vertex[2][k >> 2]};
+    picture_triangle(scene, face, centre);
+  }
+}
+
+/* Adds a face of a ball as four triangles: the middles of its edges move out to the ball. */
+EX_UNUSED static void picture_fine_face(course_scene *scene, const uint32_t corner[3], vec centre, float radius) {
+  uint32_t middle[3];
+  for (int k = 0; k < 3; k++) {
+    const vec p0 = vec_sub(scene->position[corner[k]], centre);
+    const vec p1 = vec_sub(scene->position[corner[(k + 1) % 3]], centre);
+    middle[k] = picture_vertex(scene, vec_add(centre, vec_scale(vec_unit(vec_add(p0, p1)), radius)));
+  }
+
+  picture_triangle(scene, middle, centre);
+  for (int k = 0; k < 3; k++) {
+    const uint32_t outer[3] = {corner[k], middle[k], middle[(k + 2) % 3]};
+    picture_triangle(scene, outer, centre);
+  }
+}
+
+/* Returns true if all three vertices are at most `distance` from each other. */
+EX_UNUSED static bool picture_near(const course_scene *scene, const uint32_t corner[3], float distance) {
+  for (int k = 0; k < 3; k++) {
+    const vec edge = vec_sub(scene->position[corner[k]], scene->position[corner[(k + 1) % 3]]);
+    if (vec_dot(edge, edge) > distance * distance) return false;
+  }
+  return true;
 }
 
 /* Adds an icosahedron: its vertices are at (0, +-1, +-g) and cyclic permutations, g being the golden ratio; a face is
-   three vertices at distance 2 from each other. If `fine`, each face becomes four, on the ball around all vertices. */
-EX_UNUSED static void picture_icosahedron(course_scene *s, vec centre, float radius, bool fine) {
-  const float g = 1.618034f;
-  const uint32_t first = s->vertices;
+   three vertices at distance 2 from each other. If `fine`, each face becomes four. */
+EX_UNUSED static void picture_icosahedron(course_scene *scene, vec centre, float radius, bool fine) {
+  const float golden = 1.618034f;
+  const float unit = radius / 1.902113f; /* the root of 1 + g^2 */
+  const uint32_t first = scene->vertices;
 
   for (int i = 0; i < 12; i++) {
-    vec p;
-    p.at[i / 4] = 0;
-    p.at[(i / 4 + 1) % 3] = i & 1 ? 1.0f : -1.0f;
-    p.at[(i / 4 + 2) % 3] = i & 2 ? g : -g;
+    float from[3];
+    from[i / 4] = 0;
+    from[(i / 4 + 1) % 3] = i & 1 ? unit : -unit;
+    from[(i / 4 + 2) % 3] = i & 2 ? golden * unit : -golden * unit;
     /* Turned, so that no face is upright. */
-    p = vec_make(0.8f * p.at[0] - 0.6f * p.at[1], 0.6f * p.at[0] + 0.8f * p.at[1], p.at[2]);
-    picture_vertex(s, vec_add(centre, vec_scale(p, radius / 1.902113f)));
+    const vec turned = {{0.8f * from[0] - 0.6f * from[1], 0.6f * from[0] + 0.8f * from[1], from[2]}};
+    picture_vertex(scene, vec_add(centre, turned));
   }
 
-  for (uint32_t a = first; a < first + 12; a++)
-    for (uint32_t b = a + 1; b < first + 12; b++)
-      for (uint32_t c = b + 1; c < first + 12; c++) {
-        const uint32_t corner[3] = {a, b, c};
-        uint32_t middle[3];
-        bool face = true;
-        for (int k = 0; k < 3; k++) {
-          const vec way = vec_sub(s->position[corner[k]], s->position[corner[(k + 1) % 3]]);
-          face = face && sqrtf(vec_dot(way, way)) < 1.1f * 2 * radius / 1.902113f;
-        }
-        if (face && !fine) picture_triangle(s, a, b, c, centre);
-        if (!face || !fine) continue;
-
-        for (int k = 0; k < 3; k++) {
-          const vec p = vec_sub(s->position[corner[k]], centre);
-          const vec q = vec_sub(s->position[corner[(k + 1) % 3]], centre);
-          middle[k] = picture_vertex(s, vec_add(centre, vec_scale(vec_unit(vec_add(p, q)), radius)));
-        }
-        for (int k = 0; k < 3; k++) picture_triangle(s, corner[k], middle[k], middle[(k + 2) % 3], centre);
-        picture_triangle(s, middle[0], middle[1], middle[2], centre);
-      }
+  for (uint32_t i = 0; i < 12 * 12 * 12; i++) {
+    const uint32_t corner[3] = {first + i / 144, first + i / 12 % 12, first + i % 12};
+    if (corner[0] >= corner[1] || corner[1] >= corner[2] || !picture_near(scene, corner, 2.2f * unit)) continue;
+    if (fine) picture_fine_face(scene, corner, centre, radius);
+    else picture_triangle(scene, corner, centre);
+  }
 }
 
 /* A floor of tiles that reflects a little; on it a mirror panel, a cube and an icosahedron of glass, a matte octahedron
    and a mirror body of 80 faces. Everything stands a little above the floor. */
 EX_UNUSED static picture_scene picture_make(void) {
-  picture_scene s;
-  course_scene *to = &s.triangles;
-  memset(&s, 0, sizeof s);
-  *to = course_scene_empty();
+  picture_scene made;
+  course_scene *scene = &made.triangles;
+  memset(&made, 0, sizeof made);
+  *scene = course_scene_empty();
 
-  s.first[PICTURE_FLOOR] = to->triangles;
-  picture_quad(to, vec_make(-9, 0, -9), vec_make(18, 0, 0), vec_make(0, 0, 16), vec_make(0, -1, 0));
-  s.material[PICTURE_FLOOR].albedo = vec_make(0.72f, 0.68f, 0.6f);
-  s.material[PICTURE_FLOOR].mirror = 0.12f;
-  s.material[PICTURE_FLOOR].tiles = true;
+  made.first[PICTURE_FLOOR] = scene->triangles;
+  picture_quad(scene, vec_make(-9, 0, -9), vec_make(18, 0, 0), vec_make(0, 0, 16), vec_make(0, -1, 0));
+  made.material[PICTURE_FLOOR].albedo = vec_make(0.72f, 0.68f, 0.6f);
+  made.material[PICTURE_FLOOR].mirror = 0.12f;
+  made.material[PICTURE_FLOOR].tiles = true;
 
-  s.first[PICTURE_PANEL] = to->triangles;
-  picture_quad(to, vec_make(-3.6f, 0.02f, -1.1f), vec_make(3, 0, -1.75f), vec_make(-0.1f, 2.9f, -0.2f),
-      vec_make(-3, 1, -5));
-  s.material[PICTURE_PANEL].mirror = 0.9f;
+  made.first[PICTURE_PANEL] = scene->triangles;
+  picture_quad(
+      scene, vec_make(-3.6f, 0.02f, -1.1f), vec_make(3, 0, -1.75f), vec_make(-0.1f, 2.9f, -0.2f), vec_make(-3, 1, -5));
+  made.material[PICTURE_PANEL].mirror = 0.9f;
 
-  s.first[PICTURE_CUBE] = to->triangles;
-  picture_cube(to, vec_make(1.3f, 0.77f, 1.55f), 1.5f);
-  s.material[PICTURE_CUBE].ior = 1.5f;
+  made.first[PICTURE_CUBE] = scene->triangles;
+  picture_cube(scene, vec_make(1.3f, 0.77f, 1.55f), 1.5f);
+  made.material[PICTURE_CUBE].ior = 1.5f;
 
-  s.first[PICTURE_GEM] = to->triangles;
-  picture_icosahedron(to, vec_make(-1.45f, 1.02f, 1.5f), 1, false);
-  s.material[PICTURE_GEM].ior = 1.5f;
+  made.first[PICTURE_GEM] = scene->triangles;
+  picture_icosahedron(scene, vec_make(-1.45f, 1.02f, 1.5f), 1, false);
+  made.material[PICTURE_GEM].ior = 1.5f;
 
-  s.first[PICTURE_MATTE] = to->triangles;
-  picture_octahedron(to, vec_make(-0.1f, 1.22f, -0.9f), 1);
-  s.material[PICTURE_MATTE].albedo = vec_make(0.75f, 0.14f, 0.08f);
+  made.first[PICTURE_MATTE] = scene->triangles;
+  picture_octahedron(scene, vec_make(-0.1f, 1.22f, -0.9f), 1);
+  made.material[PICTURE_MATTE].albedo = vec_make(0.75f, 0.14f, 0.08f);
 
-  s.first[PICTURE_BALL] = to->triangles;
-  picture_icosahedron(to, vec_make(2.4f, 1.12f, -1.7f), 1.1f, true);
-  s.material[PICTURE_BALL].mirror = 0.85f;
+  made.first[PICTURE_BALL] = scene->triangles;
+  picture_icosahedron(scene, vec_make(2.4f, 1.12f, -1.7f), 1.1f, true);
+  made.material[PICTURE_BALL].mirror = 0.85f;
 
-  s.first[PICTURE_PARTS] = to->triangles;
-  s.lamp = vec_make(4.5f, 8, 5);
-  s.intensity = vec_make(260, 245, 220);
-  s.ambient = vec_make(0.22f, 0.24f, 0.28f);
-  return s;
+  made.first[PICTURE_PARTS] = scene->triangles;
+  made.lamp = vec_make(4.5f, 8, 5);
+  made.intensity = vec_make(260, 245, 220);
+  made.ambient = vec_make(0.22f, 0.24f, 0.28f);
+  return made;
 }
 
 /* Returns the radiance of the sky: pale at the horizon and below it, blue above. The direction has unit length. */
@@ -187,26 +199,27 @@ EX_UNUSED static vec picture_sky(vec direction) {
 }
 
 /* Returns the part of the scene that a triangle is of. */
-EX_UNUSED static uint32_t picture_part(const picture_scene *s, uint32_t triangle) {
+EX_UNUSED static uint32_t picture_part(const picture_scene *scene, uint32_t triangle) {
   uint32_t part = 0;
-  while (triangle >= s->first[part + 1]) part++;
+  while (triangle >= scene->first[part + 1]) part++;
   return part;
 }
 
 /* Returns the albedo of a point. */
-EX_UNUSED static vec picture_albedo(const picture_material *m, vec point) {
+EX_UNUSED static vec picture_albedo(const picture_material *material, vec point) {
   const int tile = (int)floorf(point.at[0]) + (int)floorf(point.at[2]);
-  return m->tiles && tile % 2 != 0 ? vec_scale(m->albedo, 1.0f / 6) : m->albedo;
+  return material->tiles && tile % 2 != 0 ? vec_scale(material->albedo, 1.0f / 6) : material->albedo;
 }
 
 /* >>library -------------------------------------------------------------------------------------------------------- */
 
 /* The tiles, as a texture of the library. */
-EX_UNUSED static void picture_texture(void *user, const pktrt_points *p) {
-  const picture_material *m = (const picture_material *)user;
-  for (uint32_t i = 0; i < p->n; i++) {
-    const vec albedo = picture_albedo(m, vec_make(p->position[0][i], p->position[1][i], p->position[2][i]));
-    for (int c = 0; c < 3; c++) p->albedo[c][i] = albedo.at[c];
+EX_UNUSED static void picture_texture(void *user, const pktrt_points *points) {
+  const picture_material *material = (const picture_material *)user;
+  for (uint32_t i = 0; i < points->n; i++) {
+    const vec albedo =
+        picture_albedo(material, vec_make(points->position[0][i], points->position[1][i], points->position[2][i]));
+    for (int c = 0; c < 3; c++) points->albedo[c][i] = albedo.at[c];
   }
 }
 
@@ -220,17 +233,17 @@ EX_UNUSED static void picture_environment(
   }
 }
 
-/* The same scene in the library, a mesh for each part. The caller destroys it before `s` goes. */
-EX_UNUSED static pktrt_scene *picture_library(picture_scene *s) {
+/* The same scene in the library, a mesh for each part. The caller destroys it before `scene` goes. */
+EX_UNUSED static pktrt_scene *picture_library(picture_scene *scene) {
   pktrt_scene *library = pktrt_scene_create(NULL);
   pktrt_light light;
   memset(&light, 0, sizeof light);
-  memcpy(light.position, s->lamp.at, sizeof light.position);
-  memcpy(light.intensity, s->intensity.at, sizeof light.intensity);
+  memcpy(light.position, scene->lamp.at, sizeof light.position);
+  memcpy(light.intensity, scene->intensity.at, sizeof light.intensity);
   bool good = library && !pktrt_add_light(library, &light, NULL);
 
   for (uint32_t part = 0; good && part < PICTURE_PARTS; part++) {
-    picture_material *mine = &s->material[part];
+    picture_material *mine = &scene->material[part];
     pktrt_material material;
     pktrt_mesh_desc mesh;
     memset(&material, 0, sizeof material);
@@ -243,10 +256,10 @@ EX_UNUSED static pktrt_scene *picture_library(picture_scene *s) {
     material.ior[0] = mine->ior;
     for (int c = 0; c < 3; c++) material.reflectance[c] = mine->mirror;
 
-    mesh.positions = s->triangles.position[0].at;
-    mesh.vertex_count = s->triangles.vertices;
-    mesh.indices = s->triangles.corner[s->first[part]];
-    mesh.triangle_count = s->first[part + 1] - s->first[part];
+    mesh.positions = scene->triangles.position[0].at;
+    mesh.vertex_count = scene->triangles.vertices;
+    mesh.indices = scene->triangles.corner[scene->first[part]];
+    mesh.triangle_count = scene->first[part + 1] - scene->first[part];
     good = !pktrt_add_material(library, &material, &mesh.material) && !pktrt_add_mesh(library, &mesh, NULL);
   }
 
@@ -258,29 +271,29 @@ EX_UNUSED static pktrt_scene *picture_library(picture_scene *s) {
 }
 
 /* Renders the scene by the library's Whitted mode, with one ray through the middle of each pixel. cutoff < 0: none. */
-EX_UNUSED static void picture_render(
-    const picture_scene *s, pktrt_scene *library, course_picture *to, float cutoff, uint32_t depth, pktrt_stats *stats) {
+EX_UNUSED static void picture_render(const picture_scene *scene, pktrt_scene *library, course_picture *picture,
+    float cutoff, uint32_t depth, pktrt_stats *stats) {
   const vec eye = {{2.7f, 4.1f, 7.3f}};
   const vec target = {{0.1f, 1.2f, -0.1f}};
-  pktrt_render_desc d;
-  memset(&d, 0, sizeof d);
-  d.width = to->width;
-  d.height = to->height;
-  d.pixels = to->pixel[0].at;
-  d.mode = PKTRT_MODE_WRT;
-  d.samples = 1;
-  d.camera.fov_y = 39.597752f; /* 2 atan 0.36, in degrees */
-  d.max_depth = depth;
-  d.attenuation = cutoff;
-  d.glass_shadows = PKTRT_GLASS_SHADOWS_BLOCK;
-  d.stats = stats;
-  d.environment = picture_environment;
+  pktrt_render_desc desc;
+  memset(&desc, 0, sizeof desc);
+  desc.width = picture->width;
+  desc.height = picture->height;
+  desc.pixels = picture->pixel[0].at;
+  desc.mode = PKTRT_MODE_WRT;
+  desc.samples = 1;
+  desc.camera.fov_y = 39.597752f; /* 2 atan 0.36, in degrees */
+  desc.max_depth = depth;
+  desc.attenuation = cutoff;
+  desc.glass_shadows = PKTRT_GLASS_SHADOWS_BLOCK;
+  desc.stats = stats;
+  desc.environment = picture_environment;
   for (int a = 0; a < 3; a++) {
-    d.camera.eye[a] = eye.at[a];
-    d.camera.target[a] = target.at[a];
-    d.ambient[a] = s->ambient.at[a];
+    desc.camera.eye[a] = eye.at[a];
+    desc.camera.target[a] = target.at[a];
+    desc.ambient[a] = scene->ambient.at[a];
   }
-  if (pktrt_render(library, &d)) {
+  if (pktrt_render(library, &desc)) {
     ex_fail("%s", pktrt_last_error(library));
     exit(1);
   }

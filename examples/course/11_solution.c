@@ -1,14 +1,15 @@
 /* A solution of exercise 11: the rays that leave mirror and glass. The program of the chapter includes this file. */
 #include "11_picture.h"
 
-/* Returns the unpolarised reflectance of glass: eta is the index behind the surface over that before it, the cosines are
-   those of both rays. */
+/* Returns the unpolarised reflectance of glass, from the cosines of both rays; eta is the index behind the surface over
+   the index before it. */
 static float reflectance_of(float cosine, float cosine_behind, float eta) {
   const float perpendicular = (cosine - eta * cosine_behind) / (cosine + eta * cosine_behind);
   const float parallel = (eta * cosine - cosine_behind) / (eta * cosine + cosine_behind);
   return (perpendicular * perpendicular + parallel * parallel) / 2;
 }
 
+/* Finds the ways on from a surface and returns how many there are: see 11_picture.h. */
 uint32_t picture_scatter(const picture_material *material, vec direction, vec normal, picture_way way[2]) {
   const bool inside = vec_dot(direction, normal) > 0;
   const vec facing = inside ? vec_scale(normal, -1) : normal;

@@ -151,19 +151,24 @@ static verdict ask(scatter *answer, bool aloud) {
 
 /* Returns a sentence on the mistakes, NULL if there are none. */
 static const char *reason(const verdict *asked) {
-  const bool only_inside = asked->wrong[REFRACTED][1] > 0 && asked->wrong[REFRACTED][0] == 0;
-  if (asked->wrong[NUMBER][0] + asked->wrong[NUMBER][1] > 0)
-    return "the number of ways is wrong: matte 0, mirror 1, glass 2, but beyond the critical angle 1";
-  if (asked->wrong[TYPE][0] + asked->wrong[TYPE][1] > 0) return "a way has the wrong type: reflection comes first";
-  if (asked->wrong[REFLECTED][0] + asked->wrong[REFLECTED][1] > 0) return "a reflected direction is wrong";
-  if (only_inside)
-    return "refracted directions are right from outside and wrong from inside: mind the side of the normal";
-  if (asked->wrong[REFRACTED][0] + asked->wrong[REFRACTED][1] > 0) return "a refracted direction is wrong";
-  if (asked->wrong[SCHLICK][0] + asked->wrong[SCHLICK][1] > 0)
-    return "shares are Schlick's; the exact reflectance is asked for";
-  if (asked->wrong[SHARE][1] > 0 && asked->wrong[SHARE][0] == 0)
-    return "shares are right from outside and wrong from inside";
-  if (asked->wrong[SHARE][0] + asked->wrong[SHARE][1] > 0) return "a share is wrong";
+  static const char *const sentence[MISTAKES] = {
+      "the number of ways is wrong: matte 0, mirror 1, glass 2, but beyond the critical angle 1",
+      "a way has the wrong type: reflection comes first, then refraction",
+      "a reflected direction is wrong",
+      "a refracted direction is wrong",
+      "shares are those of Schlick's formula; the exact reflectance is asked for",
+      "a share is wrong",
+  };
+  uint32_t wrong[2] = {0, 0};
+
+  for (int k = 0; k < MISTAKES; k++)
+    for (int inside = 0; inside < 2; inside++) wrong[inside] += asked->wrong[k][inside];
+  if (wrong[1] > 0 && wrong[0] == 0)
+    return "rays from outside are right, rays from inside are not: mind the side of the normal, and which index is "
+           "behind "
+           "the surface";
+  for (int k = 0; k < MISTAKES; k++)
+    if (asked->wrong[k][0] + asked->wrong[k][1] > 0) return sentence[k];
   return NULL;
 }
 
@@ -193,12 +198,13 @@ int main(void) {
   const verdict careless = ask(careless_scatter, false);
   const verdict mine = ask(picture_scatter, true);
   const char *why = reason(&mine);
-  printf("rays from outside %u, from inside %u; wrong:", (unsigned)mine.cases[0], (unsigned)mine.cases[1]);
+  printf("rays from outside %u, from inside %u; wrong answers for rays from outside and inside:\n ",
+      (unsigned)mine.cases[0], (unsigned)mine.cases[1]);
 
   static const char *const name[MISTAKES] = {
       "number of ways", "type", "reflected direction", "refracted direction", "Schlick's share", "share"};
   for (int k = 0; k < MISTAKES; k++)
-    printf("%s %s %u and %u", k ? "," : "", name[k], (unsigned)mine.wrong[k][0], (unsigned)mine.wrong[k][1]);
+    printf("%s %s %u, %u", k ? ";" : "", name[k], (unsigned)mine.wrong[k][0], (unsigned)mine.wrong[k][1]);
   printf("\ncontrol: an answer that takes every ray for one from outside is wrong for %u rays from inside\n",
       (unsigned)(careless.wrong[NUMBER][1] + careless.wrong[REFRACTED][1]));
   if (!reason(&careless)) return course_result(11, "the control passes");

@@ -9,7 +9,7 @@
 /* [material] */
 typedef struct picture_material {
   vec albedo;   /* the part of the light that a matte surface scatters, by channel; black for mirror and glass */
-  float mirror; /* the part of the light that is reflected like in a mirror, at any angle; 0: none */
+  float mirror; /* the part of the light that is reflected as in a mirror, at any angle; 0: none */
   float ior;    /* glass: its index of refraction, that of air is 1; 0: the surface is not glass */
   bool tiles;   /* squares of edge 1 in x and z; every other one has a sixth of the albedo */
 } picture_material;

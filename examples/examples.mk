@@ -101,6 +101,9 @@ $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
 $(B)/course/lab_differences: COURSE_LIBRARY = $(B)/all/pktrt.o
 $(B)/course/lab_differences: $(B)/all/pktrt.o
 
+# This program includes the solution of its chapter.
+$(B)/course/11_picture: $(COURSE)/11_solution.c
+
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
 
 # An answer is compiled with the check of its chapter, which may include programs.

@@ -138,7 +138,6 @@ int main(void) {
   off_surfaces(&scene, lobe_naive, "naive, the course's scene");
   off_surfaces(&scene, lobe_thrown_away, "careful, the course's scene");
 
-  lobes(60, 10);
   lobes(80, 10);
   lobes(80, 100);
   lobes(80, 1000);

@@ -19,7 +19,6 @@ EX_UNUSED static double mapping_dot(const float a[3], const float b[3]) {
   return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
 }
 
-/* [frame] */
 /* Sets `side` and `up` to unit vectors that are perpendicular to the unit axis and to each other. `side` lies in the
    surface with this normal. */
 EX_UNUSED static void mapping_frame(const float axis[3], const float normal[3], float side[3], float up[3]) {
@@ -35,7 +34,6 @@ EX_UNUSED static void mapping_frame(const float axis[3], const float normal[3], 
   memcpy(side, unit.at, sizeof unit.at);
   memcpy(up, other.at, sizeof other.at);
 }
-/* [end] */
 
 /* Sets a normal, and an axis that is so many degrees off the normal. */
 EX_UNUSED static void mapping_slanted(float degrees, float axis[3], float normal[3]) {
@@ -65,7 +63,6 @@ EX_UNUSED static void mapping_reflect(
 
 /* >>mappings that are not careful ---------------------------------------------------------------------------------- */
 
-/* [polar] */
 /* Maps the square to the unit disk: u[0] gives the radius, u[1] the angle. */
 EX_UNUSED static void disk_polar(const float u[2], float out[2]) {
   const double radius = sqrt((double)u[0]);
@@ -74,15 +71,15 @@ EX_UNUSED static void disk_polar(const float u[2], float out[2]) {
   out[0] = (float)(radius * cos(angle));
   out[1] = (float)(radius * sin(angle));
 }
-/* [end] */
 
-/* [naive] */
 /* Maps the square to a Phong lobe as in textbooks: the cosine of the angle to the axis is a power of u[0]. */
 EX_UNUSED static float lobe_naive(
     const float u[2], const float axis[3], const float normal[3], float exponent, float out[3]) {
+  /* [naive] */
   const double cosine = pow((double)u[0], 1 / ((double)exponent + 1));
   const double sine = sqrt(1 - cosine * cosine);
   const double angle = COURSE_TURN * (double)u[1];
+  /* [end] */
   float side[3];
   float up[3];
 
@@ -94,7 +91,6 @@ EX_UNUSED static float lobe_naive(
 
   return mapping_dot(out, normal) > 0 ? 1 : 0;
 }
-/* [end] */
 
 /* Returns weight 0 for directions below the surface, as the library does: these rays are lost. */
 EX_UNUSED static float lobe_thrown_away(
@@ -103,7 +99,6 @@ EX_UNUSED static float lobe_thrown_away(
   return mapping_dot(out, normal) > 0 ? 1 : 0;
 }
 
-/* [retried] */
 /* Takes another point of the square as long as the direction is below the surface. Returns weight 1; or 0 if 64 points
    are below. */
 EX_UNUSED static float lobe_retried(
@@ -121,9 +116,7 @@ EX_UNUSED static float lobe_retried(
 
   return 0;
 }
-/* [end] */
 
-/* [folded] */
 /* Mirrors directions below the surface in the surface. Returns weight 1, which is wrong. */
 EX_UNUSED static float lobe_folded(
     const float u[2], const float axis[3], const float normal[3], float exponent, float out[3]) {
@@ -132,7 +125,6 @@ EX_UNUSED static float lobe_folded(
   for (int k = 0; k < 3 && height < 0; k++) out[k] -= 2 * height * normal[k];
   return 1;
 }
-/* [end] */
 
 /* >>grids and packets ---------------------------------------------------------------------------------------------- */
 

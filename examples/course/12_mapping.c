@@ -112,8 +112,10 @@ static void lobes(float degrees, float exponent) {
   }
 }
 
+/* Prints all figures and makes the pictures. */
 int main(void) {
-  course_scene scene = course_scene_make(), ground = course_scene_empty();
+  course_scene scene = course_scene_make();
+  course_scene ground = course_scene_empty();
   pktrt_scene *library = course_library(&scene);
   course_add(&ground, course_ground, 40, 40);
 

@@ -121,7 +121,8 @@ static course_box whole_box(const course_box key[2], float begin, float end) {
 
 /* Returns what is wrong with the boxes of the answer, or NULL. */
 static const char *check_boxes(void) {
-  const box_tally careless = judge_boxes(careless_box, false), whole = judge_boxes(whole_box, false);
+  const box_tally careless = judge_boxes(careless_box, false);
+  const box_tally whole = judge_boxes(whole_box, false);
   const box_tally mine = judge_boxes(motion_box, true);
   printf(
       "%u boxes, three axes each: %u lose corners, %u more lose corners by rounding, %u are larger than they may be\n",
@@ -186,13 +187,15 @@ static const char *judge_tree(const motion_tree *tree, const motion_tree *old, c
     return "the refit has changed order or the number of nodes, which are the shape of the tree";
 
   for (uint32_t i = tree->nodes; i-- > 0;) {
-    const motion_node *node = &tree->node[i], *before = &old->node[i];
+    const motion_node *node = &tree->node[i];
+    const motion_node *before = &old->node[i];
     if (node->first != before->first || node->count != before->count || node->child[0] != before->child[0] ||
         node->child[1] != before->child[1])
       return "the refit has changed first, count or child of a node, which are the shape of the tree";
 
     for (int key = 0; key < 2; key++) {
-      const course_box right = motion_range_box(tree, scene, i, key), *got = &node->key[key];
+      const course_box right = motion_range_box(tree, scene, i, key);
+      const course_box *got = &node->key[key];
       if (same_box(got, &right)) continue;
 
       if (aloud) {
@@ -215,7 +218,7 @@ static const char *judge_tree(const motion_tree *tree, const motion_tree *old, c
   return NULL;
 }
 
-/* Moves the leaves of a scene to new places at both keys. */
+/* Moves the flakes of a scene to new places at both keys. */
 static void blow_both(const motion_scene *rest, motion_scene *scene, double angle) {
   for (int key = 0; key < 2; key++) {
     scene->at[key] = rest->at[0];
@@ -228,7 +231,8 @@ static void blow_both(const motion_scene *rest, motion_scene *scene, double angl
 static const char *check_refit(motion_tree *tree, const motion_scene *scene) {
   const uint32_t triangles = scene->at[0].triangles;
   const motion_tree old = copy_tree(tree, triangles);
-  asked[0] = asked[1] = 0;
+  asked[0] = 0;
+  asked[1] = 0;
   motion_refit(tree, scene);
 
   const uint64_t calls[2] = {asked[0], asked[1]};
@@ -320,20 +324,23 @@ static const char *check_hits(
   return mine.different ? "a ray finds another hit than in the library" : NULL;
 }
 
+/* Checks boxes, then refits, then hits; stops at the first that is wrong. */
 int main(void) {
   course_check_begins(14);
   const char *boxes = check_boxes();
   if (boxes) return course_result(14, boxes);
 
-  const motion_scene rest = motion_leaves();
-  const motion_scene things = motion_things(COURSE_TURN / 6), turned = motion_things(COURSE_TURN / 3);
+  const motion_scene rest = motion_flakes();
+  const motion_scene things = motion_things(COURSE_TURN / 6);
+  const motion_scene turned = motion_things(COURSE_TURN / 3);
   motion_scene blown;
-  motion_tree tree = motion_build(&things), leaves = motion_build(&rest);
-  const motion_tree stale = copy_tree(&leaves, rest.at[0].triangles);
+  motion_tree tree = motion_build(&things);
+  motion_tree flakes = motion_build(&rest);
+  const motion_tree stale = copy_tree(&flakes, rest.at[0].triangles);
   blow_both(&rest, &blown, 0.8);
 
   const char *refit = check_refit(&tree, &turned);
-  if (!refit) refit = check_refit(&leaves, &blown);
+  if (!refit) refit = check_refit(&flakes, &blown);
   if (refit) return course_result(14, refit);
-  return course_result(14, check_hits(&rest, &blown, &leaves, &stale));
+  return course_result(14, check_hits(&rest, &blown, &flakes, &stale));
 }

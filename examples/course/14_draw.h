@@ -7,46 +7,50 @@
 #include "14_motion.h"
 
 /* Where a chart stands in a drawing, and the largest values of its axes, which begin at 0. */
-typedef struct chart {
+typedef struct chart_area {
   svg *to;
   double left, top, width, height, most_x, most_y;
-} chart;
+} chart_area;
 
-static double chart_x(const chart *c, double x) { return c->left + c->width * x / c->most_x; }
-static double chart_y(const chart *c, double y) { return c->top + c->height * (1 - y / c->most_y); }
+/* Return where a value stands in the drawing. */
+static double chart_x(const chart_area *chart, double x) { return chart->left + chart->width * x / chart->most_x; }
+static double chart_y(const chart_area *chart, double y) {
+  return chart->top + chart->height * (1 - y / chart->most_y);
+}
 
 /* Draws the frame, a line for each step of either axis with its number, and the names of chart and axis. */
-EX_UNUSED static void chart_frame(const chart *c, double step_x, double step_y, const char *name, const char *axis) {
-  const double right = c->left + c->width, bottom = c->top + c->height;
+EX_UNUSED static void chart_frame(
+    const chart_area *chart, double step_x, double step_y, const char *name, const char *axis) {
+  const double right = chart->left + chart->width, bottom = chart->top + chart->height;
 
-  for (double y = 0; y < c->most_y * 1.001; y += step_y) {
-    svg_line(c->to, c->left, chart_y(c, y), right, chart_y(c, y), "#ddd", 1);
-    svg_text(c->to, c->left - 6, chart_y(c, y) + 4, 12, SVG_RIGHT, "%g", y);
+  for (double y = 0; y < chart->most_y * 1.001; y += step_y) {
+    svg_line(chart->to, chart->left, chart_y(chart, y), right, chart_y(chart, y), "#ddd", 1);
+    svg_text(chart->to, chart->left - 6, chart_y(chart, y) + 4, 12, SVG_RIGHT, "%g", y);
   }
 
-  for (double x = 0; x < c->most_x * 1.001; x += step_x) {
-    svg_line(c->to, chart_x(c, x), c->top, chart_x(c, x), bottom, "#eee", 1);
-    svg_text(c->to, chart_x(c, x), bottom + 16, 12, SVG_MIDDLE, "%g", x);
+  for (double x = 0; x < chart->most_x * 1.001; x += step_x) {
+    svg_line(chart->to, chart_x(chart, x), chart->top, chart_x(chart, x), bottom, "#eee", 1);
+    svg_text(chart->to, chart_x(chart, x), bottom + 16, 12, SVG_MIDDLE, "%g", x);
   }
 
-  svg_text(c->to, c->left, c->top - 10, 14, SVG_LEFT, "%s", name);
-  svg_text(c->to, right, bottom + 34, 12, SVG_RIGHT, "%s", axis);
+  svg_text(chart->to, chart->left, chart->top - 10, 14, SVG_LEFT, "%s", name);
+  svg_text(chart->to, right, bottom + 34, 12, SVG_RIGHT, "%s", axis);
 }
 
 /* Draws a curve through n values whose x are spread evenly over the axis, and its name beside its end, moved down by
    `shift`. */
 EX_UNUSED static void chart_curve(
-    const chart *c, const double *value, int n, const char *colour, const char *name, double shift) {
-  const double end = chart_x(c, c->most_x);
+    const chart_area *chart, const double *value, int n, const char *colour, const char *name, double shift) {
+  const double end = chart_x(chart, chart->most_x);
 
   for (int i = 0; i < n; i++) {
-    const double x = chart_x(c, c->most_x * i / (n - 1));
-    const double before = chart_x(c, c->most_x * (i - 1) / (n - 1));
-    if (i) svg_line(c->to, before, chart_y(c, value[i - 1]), x, chart_y(c, value[i]), colour, 2);
-    svg_dot(c->to, x, chart_y(c, value[i]), 3, colour);
+    const double x = chart_x(chart, chart->most_x * i / (n - 1));
+    const double before = chart_x(chart, chart->most_x * (i - 1) / (n - 1));
+    if (i) svg_line(chart->to, before, chart_y(chart, value[i - 1]), x, chart_y(chart, value[i]), colour, 2);
+    svg_dot(chart->to, x, chart_y(chart, value[i]), 3, colour);
   }
 
-  svg_text(c->to, end + 8, chart_y(c, value[n - 1]) + 4 + shift, 12, SVG_LEFT, "%s", name);
+  svg_text(chart->to, end + 8, chart_y(chart, value[n - 1]) + 4 + shift, 12, SVG_LEFT, "%s", name);
 }
 
 /* Draws a triangle of the plane, and the box from lo to hi. */
@@ -74,32 +78,32 @@ static void draw_box(const double p[3][2], double box[4]) {
 
 /* Draws a triangle at both keys and at time 1/2, the ways of its corners, and its boxes. */
 EX_UNUSED static bool draw_boxes(const char *path) {
-  svg s;
-  double p[3][3][2], box[3][4], between[4];
-  if (!svg_begin(&s, path, 660, 330)) return false;
+  svg drawing;
+  double pose[3][3][2], box[3][4], between[4];
+  if (!svg_begin(&drawing, path, 660, 300)) return false;
 
   for (int k = 0; k < 3; k++) {
-    draw_pose(k / 2.0, p[k]);
-    draw_box((const double(*)[2])p[k], box[k]);
+    draw_pose(k / 2.0, pose[k]);
+    draw_box((const double(*)[2])pose[k], box[k]);
   }
 
   for (int i = 0; i < 4; i++) between[i] = (box[0][i] + box[2][i]) / 2;
 
-  svg_box(&s, fmin(box[0][0], box[2][0]), fmin(box[0][1], box[2][1]), fmax(box[0][2], box[2][2]),
+  svg_box(&drawing, fmin(box[0][0], box[2][0]), fmin(box[0][1], box[2][1]), fmax(box[0][2], box[2][2]),
       fmax(box[0][3], box[2][3]), "#fbecec", "#c33");
-  svg_box(&s, between[0], between[1], between[2], between[3], "#dcebfa", "#06c");
-  for (int k = 0; k < 3; k += 2) svg_box(&s, box[k][0], box[k][1], box[k][2], box[k][3], "#fff", "#06c");
-  for (int i = 0; i < 3; i++) svg_line(&s, p[0][i][0], p[0][i][1], p[2][i][0], p[2][i][1], "#999", 1);
-  svg_box(&s, box[1][0], box[1][1], box[1][2], box[1][3], NULL, "#393");
-  for (int k = 0; k < 3; k++) draw_triangle(&s, (const double(*)[2])p[k], "#000", 2);
+  svg_box(&drawing, between[0], between[1], between[2], between[3], "#dcebfa", "#06c");
+  for (int k = 0; k < 3; k += 2) svg_box(&drawing, box[k][0], box[k][1], box[k][2], box[k][3], "#fff", "#06c");
+  for (int i = 0; i < 3; i++) svg_line(&drawing, pose[0][i][0], pose[0][i][1], pose[2][i][0], pose[2][i][1], "#999", 1);
+  svg_box(&drawing, box[1][0], box[1][1], box[1][2], box[1][3], NULL, "#393");
+  for (int k = 0; k < 3; k++) draw_triangle(&drawing, (const double(*)[2])pose[k], "#000", 2);
 
-  svg_text(&s, box[0][0], box[0][3] + 18, 13, SVG_LEFT, "key 0");
-  svg_text(&s, box[2][2], box[2][1] - 7, 13, SVG_RIGHT, "key 1");
-  svg_text(&s, (between[0] + between[2]) / 2, between[3] + 17, 13, SVG_MIDDLE, "blue: interpolated, at time 1/2");
-  svg_text(
-      &s, (between[0] + between[2]) / 2, between[1] - 8, 13, SVG_MIDDLE, "green: around the triangle, at time 1/2");
-  svg_text(&s, box[2][2], box[0][3] + 18, 13, SVG_RIGHT, "red: the whole time");
-  return svg_end(&s);
+  svg_text(&drawing, box[0][0], box[0][3] + 18, 13, SVG_LEFT, "key 0");
+  svg_text(&drawing, box[2][2], box[2][1] - 7, 13, SVG_RIGHT, "key 1");
+  svg_text(&drawing, (between[0] + between[2]) / 2, between[3] + 17, 13, SVG_MIDDLE, "blue: interpolated, at time 1/2");
+  svg_text(&drawing, (between[0] + between[2]) / 2, between[1] - 8, 13, SVG_MIDDLE,
+      "green: around the triangle, at time 1/2");
+  svg_text(&drawing, box[2][2], box[0][3] + 18, 13, SVG_RIGHT, "red: the whole time");
+  return svg_end(&drawing);
 }
 
 enum { PANEL_X = 220, PANEL_Y = 165, SAMPLES = 32 };
@@ -158,6 +162,7 @@ EX_UNUSED static void draw_picture(const char *path) {
     }
   }
 
+  printf("picture: %d rays for each pixel; the knot turns by %.0f degrees\n", SAMPLES, 360.0 / 6);
   course_picture_write(&all, path);
   pktrt_scene_destroy(library);
 }

@@ -4,10 +4,11 @@
 
 #include "14_motion.h"
 
-/* Counts coordinates that another formula rounds to another float; how far the knot shrinks on its straight ways. */
+/* Counts coordinates at rest that are rounded to another float, and coordinates that another formula rounds to another
+   float; prints how far the knot shrinks on its straight ways. */
 EX_UNUSED static void measure_vertices(void) {
   const motion_scene things = motion_things(COURSE_TURN / 6);
-  uint32_t differ = 0, count = 0;
+  uint32_t differ = 0, count = 0, off = 0, still = 0;
   double before = 0, halfway = 0;
 
   for (uint32_t i = MOTION_KNOT; i < MOTION_RING; i++) {
@@ -19,6 +20,16 @@ EX_UNUSED static void measure_vertices(void) {
     halfway += hypot((double)half.at[0] + 1.2, (double)half.at[2] + 0.2);
   }
 
+  for (uint32_t i = MOTION_BALL; i < things.at[0].vertices; i++)
+    for (int axis = 0; axis < 3; axis++) {
+      const float rest = things.at[0].position[i].at[axis], now = motion_vertex(&things, i, 0.1f).at[axis];
+      if (now != rest && !off++)
+        printf("a coordinate at rest: %.9g at both keys, %.9g at time 0.1\n", (double)rest, (double)now);
+      still++;
+    }
+
+  printf(
+      "vertices of the ball, at rest: of %u coordinates %u are other floats at time 0.1 than at time 0\n", still, off);
   printf("vertices of the knot: of %u coordinates at time 0.3 the two formulas round %u to different floats\n", count,
       differ);
   printf("  distance from its axis at time 1/2: %.3f of that at time 0\n", halfway / before);

@@ -37,14 +37,14 @@ static void kinds(void) {
     }
   }
 
-  const chart c = {&drawing, 50, 40, 460, 260, 1, 40};
-  chart_frame(&c, 0.25, 10, "box tests per ray", "length of the shutter");
+  const chart_area chart = {&drawing, 50, 40, 460, 260, 1, 40};
+  chart_frame(&chart, 0.25, 10, "box tests per ray", "length of the shutter");
 
   for (int k = 0; k < KINDS; k++) {
     printf("boxes of the %s: box tests per ray", name[k]);
     for (int s = 0; s < SHUTTERS; s++) printf(" %.1f", tests[k][s]);
     printf("; leaves %.2f\n", leaves[k][SHUTTERS - 1] / RAYS);
-    chart_curve(&c, tests[k], SHUTTERS, colour[k], name[k], shift[k]);
+    chart_curve(&chart, tests[k], SHUTTERS, colour[k], name[k], shift[k]);
   }
 
   if (!svg_end(&drawing)) exit(1);
@@ -62,63 +62,66 @@ typedef struct policy {
 } policy;
 
 /* Refits a policy's tree to a frame, and rebuilds the tree if the policy says so. */
-static void follow(policy *p, int which, const motion_scene *leaves, int frame) {
+static void follow(policy *now, int which, const motion_scene *flakes, int frame) {
   if (frame > 0 && which != ALWAYS) {
-    p->growths += (double)motion_fit(&p->tree, leaves) / (FRAMES - 1);
-    p->cost[frame] = sah_cost(&p->tree);
-    if (which == NEVER || p->cost[frame] <= 1.5 * p->at_build) return;
+    now->growths += (double)motion_fit(&now->tree, flakes) / (FRAMES - 1);
+    now->cost[frame] = sah_cost(&now->tree);
+    if (which == NEVER || now->cost[frame] <= 1.5 * now->at_build) return;
   }
 
-  p->tree = motion_build(leaves);
-  p->at_build = p->cost[frame] = sah_cost(&p->tree);
+  now->tree = motion_build(flakes);
+  now->at_build = now->cost[frame] = sah_cost(&now->tree);
   if (frame == 0) return;
-  p->growths += (double)p->tree.growths / (FRAMES - 1);
-  p->builds++;
+  now->growths += (double)now->tree.growths / (FRAMES - 1);
+  now->builds++;
 }
 
-/* Blows leaves away, by height or at random, by three policies; prints and draws costs and tests. */
+/* Blows flakes away, by height or at random, by three policies; prints and draws costs and tests. */
 static void refits(svg *drawing, int wind) {
   static const char *const name[POLICIES] = {"never rebuilt", "rebuilt at 1.5", "always rebuilt"};
   static const double shift[POLICIES] = {0, -6, 8};
   static const char *const colour[POLICIES] = {"#c33", "#e80", "#06c"};
   static float end[STILL_RAYS];
   policy all[POLICIES] = {0};
-  motion_scene leaves = motion_leaves();
-  const course_scene rest = leaves.at[0];
-  leaves.at[0].position = leaves.at[1].position = (vec *)course_memory(rest.vertices, sizeof(vec));
+  motion_scene flakes = motion_flakes();
+  const course_scene rest = flakes.at[0];
+  flakes.at[0].position = flakes.at[1].position = (vec *)course_memory(rest.vertices, sizeof(vec));
 
   for (int frame = 0; frame < FRAMES; frame++) {
-    motion_blow(&rest, 2.0 * frame / (FRAMES - 1), wind == 1, leaves.at[0].position);
+    motion_blow(&rest, 2.0 * frame / (FRAMES - 1), wind == 1, flakes.at[0].position);
 
     for (int which = ALWAYS; which >= 0; which--) {
-      policy *p = &all[which];
-      follow(p, which, &leaves, frame);
-      if (which == ALWAYS) still_tests(&leaves, &p->tree, end, false);
-      p->tests[frame] = still_tests(&leaves, &p->tree, end, true);
-      if (frame > 0) p->mean += p->tests[frame] / (FRAMES - 1);
+      policy *now = &all[which];
+      follow(now, which, &flakes, frame);
+      if (which == ALWAYS) still_tests(&flakes, &now->tree, end, false);
+      now->tests[frame] = still_tests(&flakes, &now->tree, end, true);
+      if (frame > 0) now->mean += now->tests[frame] / (FRAMES - 1);
     }
   }
 
-  const chart cost = {drawing, 50 + 450 * wind, 40, 260, 230, 2, 350},
-              tests = {drawing, 50 + 450 * wind, 370, 260, 230, 2, 150};
-  chart_frame(&cost, 0.5, 50, wind ? "SAH cost, wind at random" : "SAH cost, wind by height", "angle");
-  chart_frame(
-      &tests, 0.5, 25, wind ? "box tests per ray, wind at random" : "box tests per ray, wind by height", "angle");
-  printf("wind %s: at rest SAH cost %.1f, box tests per ray %.1f\n", wind ? "at random" : "by height", all[0].cost[0],
-      all[0].tests[0]);
+  const chart_area cost = {drawing, 50 + 450 * wind, 40, 260, 230, 2, 350},
+                   tests = {drawing, 50 + 450 * wind, 370, 260, 230, 2, 150};
+  chart_frame(&cost, 0.5, 50, wind ? "SAH cost, wind at random" : "SAH cost, wind by height", "angle in radians");
+  chart_frame(&tests, 0.5, 25, wind ? "box tests per ray, wind at random" : "box tests per ray, wind by height",
+      "angle in radians");
+  printf("%u flakes, wind %s: at rest SAH cost %.1f, box tests per ray %.1f\n", rest.triangles,
+      wind ? "at random" : "by height", all[0].cost[0], all[0].tests[0]);
 
   for (int which = 0; which < POLICIES; which++) {
-    const policy *p = &all[which], *before = which ? p - 1 : p;
-    chart_curve(&cost, p->cost, FRAMES, colour[which], name[which], shift[which]);
-    chart_curve(&tests, p->tests, FRAMES, colour[which], name[which], shift[which]);
+    const policy *now = &all[which];
+    const policy *before = which ? now - 1 : now;
+    chart_curve(&cost, now->cost, FRAMES, colour[which], name[which], shift[which]);
+    chart_curve(&tests, now->tests, FRAMES, colour[which], name[which], shift[which]);
     printf("  %s: %d builds in %d frames; last frame: cost %.1f, tests %.1f; per frame: tests %.1f, growths %.0f",
-        name[which], p->builds, FRAMES - 1, p->cost[FRAMES - 1], p->tests[FRAMES - 1], p->mean, p->growths);
+        name[which], now->builds, FRAMES - 1, now->cost[FRAMES - 1], now->tests[FRAMES - 1], now->mean, now->growths);
     if (which)
-      printf("; pays over the line above from %.0f rays on", (p->growths - before->growths) / (before->mean - p->mean));
+      printf("; pays over the line above from %.0f rays on",
+          (now->growths - before->growths) / (before->mean - now->mean));
     printf("\n");
   }
 }
 
+/* Makes all pictures and prints all figures. */
 int main(void) {
   svg drawing;
   course_make_folder();

@@ -15,18 +15,17 @@ typedef struct motion_scene {
 
 /* Returns a number that moves evenly from `first` at time 0 to `last` at time 1. */
 EX_UNUSED static float motion_mix(float first, float last, float time) { return (1 - time) * first + time * last; }
+/* [end] */
 
 /* Returns where a vertex is at a time. */
 EX_UNUSED static vec motion_vertex(const motion_scene *scene, uint32_t vertex, float time) {
   const float *first = scene->at[0].position[vertex].at;
   const float *last = scene->at[1].position[vertex].at;
   vec now;
-
   for (int axis = 0; axis < 3; axis++) now.at[axis] = motion_mix(first[axis], last[axis], time);
 
   return now;
 }
-/* [end] */
 
 /* [meet] */
 /* Returns true if a ray hits a triangle nearer than *hit, and records it there. */
@@ -51,6 +50,7 @@ typedef struct motion_node {
   uint32_t first, count; /* the triangles below: order[first] and so on */
   uint32_t child[2];     /* both greater than the node's own number; 0, 0: the node is a leaf */
 } motion_node;
+/* [end] */
 
 typedef struct motion_tree {
   uint32_t *order;   /* the triangles, leaf by leaf */
@@ -58,7 +58,6 @@ typedef struct motion_tree {
   uint32_t nodes;
   uint64_t growths; /* how often the build has made a box hold another box */
 } motion_tree;
-/* [end] */
 
 /* Returns the box of a node at a key, from each of its triangles. */
 EX_UNUSED static course_box motion_range_box(
@@ -120,7 +119,6 @@ static uint32_t motion_best_bin(const course_box *box, const uint32_t *count) {
 
   grown = course_box_empty();
   number = 0;
-
   for (uint32_t i = 0; i + 1 < MOTION_BINS; i++) {
     grown = course_box_grow(grown, box[i].lo, box[i].hi);
     number += count[i];
@@ -215,11 +213,6 @@ EX_UNUSED static motion_tree motion_build(const motion_scene *scene) {
   return tree;
 }
 
-EX_UNUSED static void motion_tree_free(motion_tree *tree) {
-  free(tree->order);
-  free(tree->node);
-}
-
 /* >>walk ----------------------------------------------------------------------------------------------------------- */
 
 /* Returns a box for the times from `begin` to `end`, from the boxes at two keys. */
@@ -285,7 +278,6 @@ EX_UNUSED static vec motion_turn(vec p, double angle) {
   const double x = (double)p.at[0], z = (double)p.at[2];
   const double turned[3] = {cos(angle) * x + sin(angle) * z, (double)p.at[1], cos(angle) * z - sin(angle) * x};
   vec q;
-
   for (int axis = 0; axis < 3; axis++) q.at[axis] = (float)(floor(turned[axis] * 65536 + 0.5137) / 65536);
 
   return q;
@@ -296,9 +288,11 @@ enum { MOTION_KNOT = 17 * 17, MOTION_RING = MOTION_KNOT + 97 * 9, MOTION_BALL = 
 /* Returns knot, ring and ball of the course's scene, without the ground. From time 0 to time 1 the knot turns around its
    middle by `turn` radians, the ring flies along a line, the ball stands still. */
 EX_UNUSED static motion_scene motion_things(double turn) {
-  const vec middle = {{-1.2f, 1.8f, -0.2f}}, flight = {{-1.25f, 0.75f, 1.5f}};
+  const vec middle = {{-1.2f, 1.8f, -0.2f}};
+  const vec flight = {{-1.25f, 0.75f, 1.5f}};
   motion_scene scene;
-  course_scene *first = &scene.at[0], *last = &scene.at[1];
+  course_scene *first = &scene.at[0];
+  course_scene *last = &scene.at[1];
   *first = course_scene_make();
   first->corner += COURSE_GROUND;
   first->triangles -= COURSE_GROUND;
@@ -315,26 +309,26 @@ EX_UNUSED static motion_scene motion_things(double turn) {
   return scene;
 }
 
-/* Returns the triangles of these things as leaves in the wind: each has three vertices of its own. Both keys are the
+/* Returns the triangles of these things as flakes in the wind: each has three vertices of its own. Both keys are the
    same. */
-EX_UNUSED static motion_scene motion_leaves(void) {
+EX_UNUSED static motion_scene motion_flakes(void) {
   const motion_scene things = motion_things(0);
   const course_scene *rest = &things.at[0];
-  course_scene leaves = {NULL, NULL, 3 * rest->triangles, rest->triangles};
-  leaves.position = (vec *)course_memory(leaves.vertices, sizeof *leaves.position);
-  leaves.corner = (uint32_t(*)[3])course_memory(leaves.triangles, sizeof *leaves.corner);
+  course_scene flakes = {NULL, NULL, 3 * rest->triangles, rest->triangles};
+  flakes.position = (vec *)course_memory(flakes.vertices, sizeof *flakes.position);
+  flakes.corner = (uint32_t(*)[3])course_memory(flakes.triangles, sizeof *flakes.corner);
 
-  for (uint32_t i = 0; i < leaves.vertices; i++) {
-    leaves.position[i] = rest->position[rest->corner[i / 3][i % 3]];
-    leaves.corner[i / 3][i % 3] = i;
+  for (uint32_t i = 0; i < flakes.vertices; i++) {
+    flakes.position[i] = rest->position[rest->corner[i / 3][i % 3]];
+    flakes.corner[i / 3][i % 3] = i;
   }
 
-  const motion_scene both = {{leaves, leaves}};
+  const motion_scene both = {{flakes, flakes}};
   return both;
 }
 
-/* Blows leaves around the upright axis, each without turning it; stores the new positions. The way of a leaf is `angle`
-   radians times its height at rest; at random: times a number from -1/2 to 1/2 that has nothing to do with its place. */
+/* Blows flakes around the upright axis, each without turning it; stores the new positions. The way of a flake is `angle`
+   radians times its height at rest; at random: times a number from -1/2 to 1/2 that does not depend on its place. */
 EX_UNUSED static void motion_blow(const course_scene *rest, double angle, bool at_random, vec *position) {
   uint32_t state = 14;
 

@@ -75,6 +75,38 @@ static void judge_axis(box_tally *tally, int number, int axis, const course_box 
   printf("  expected: nothing below %.9g or above %.9g\n", least - tolerance, most + tolerance);
 }
 
+/* A number at both keys, an interval of time, and a time in between at which rounding takes the number out of the
+   interval of its ends by much: by 3.97, 3.76, 3.56, 1.98 and 1.96 roundings of 2^-24. */
+static const float hard[][5] = {{0x1.01b7fap-4f, 0x1.01b7fap-4f, 0x1.1a1052p-2f, 0x1.1b4f32p-2f, 0x1.1a6746p-2f},
+    {0x1.101aaap-2f, 0x1.104172p-2f, 0x1.f40d4ap-2f, 0x1.f40d62p-2f, 0x1.f40d5ep-2f},
+    {0x1.032beap-1f, 0x1.1f94c8p-1f, 0x1.ce3582p-2f, 0x1.ce3592p-2f, 0x1.ce3586p-2f},
+    {0x1.bd70dp-1f, 0x1.01d204p+0f, 0x1.fff854p-1f, 0x1.fff8aap-1f, 0x1.fff89cp-1f},
+    {0x1.0510a4p-1f, 0x1.2c4edcp-5f, 0x1.4cfdcap-6f, 0x1.4cfde4p-6f, 0x1.4cfdd4p-6f}};
+
+enum { HARD = 10 }; /* each with either sign */
+
+/* Returns flat boxes at a hard number. */
+static void make_hard_keys(int number, course_box key[2], float time[TIMES]) {
+  const float *given = hard[number / 2];
+
+  for (int k = 0; k < 2; k++) {
+    const float place = number % 2 ? -given[k] : given[k];
+    key[k].lo = vec_make(place, place, place);
+    key[k].hi = key[k].lo;
+  }
+
+  for (int i = 0; i < TIMES; i++) time[i] = given[i == 0 ? 2 : i == 1 ? 3 : 4];
+}
+
+/* Chooses an interval, and times in it. */
+static void make_times(int number, float time[TIMES]) {
+  time[0] = number % 7 ? course_random(&state) : 0;
+  time[1] = number % 11 ? between(time[0], 1) : 1;
+  if (number % 4 == 0) time[1] = time[0];
+  if (number % 4 == 1) time[1] = fminf(time[1], time[0] + 0.01f);
+  for (int i = 2; i < TIMES; i++) time[i] = fminf(fmaxf(between(time[0], time[1]), time[0]), time[1]);
+}
+
 /* Judges a rule of boxes; says what is wrong first, if aloud. */
 static box_tally judge_boxes(motion_rule *rule, bool aloud) {
   box_tally tally = {0, 0, 0, 0};
@@ -83,12 +115,11 @@ static box_tally judge_boxes(motion_rule *rule, bool aloud) {
   for (int number = 0; number < CASES; number++) {
     course_box key[2];
     float time[TIMES];
-    make_keys(number, key);
-    time[0] = number % 7 ? course_random(&state) : 0;
-    time[1] = number % 11 ? between(time[0], 1) : 1;
-    if (number % 4 == 0) time[1] = time[0];
-    if (number % 4 == 1) time[1] = fminf(time[1], time[0] + 0.01f);
-    for (int i = 2; i < TIMES; i++) time[i] = fminf(fmaxf(between(time[0], time[1]), time[0]), time[1]);
+
+    if (number < CASES - HARD) {
+      make_keys(number, key);
+      make_times(number, time);
+    } else make_hard_keys(number - (CASES - HARD), key, time);
 
     const course_box box = rule(key, time[0], time[1]);
     for (int axis = 0; axis < 3; axis++) judge_axis(&tally, number, axis, key, time, &box, aloud);
@@ -208,7 +239,8 @@ static const char *judge_tree(const motion_tree *tree, const motion_tree *old, c
         printf("\n");
       }
 
-      if (same_box(got, &before->key[key])) return "a box is that of before the refit";
+      if (same_box(got, &before->key[key]))
+        return "a box is that of before the refit: are both keys fitted, and children before their parents?";
       if (holds_box(got, &right)) return "a box is larger than its triangles: with what does it begin to grow?";
       return "a box does not hold its triangles: are all of a leaf's triangles, both children, and both keys in use, "
              "and children fitted before their parents?";

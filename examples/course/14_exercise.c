@@ -18,8 +18,8 @@ course_box motion_box(const course_box key[2], float begin, float end) {
 
 /* Makes the boxes of all nodes anew, at both keys, after the vertices have got new positions at both keys.
 
-   order, first, count and child stay as they are. The boxes must be exact: no number is rounded here. Ask for the box of
-   each triangle once at each key: motion_triangle_box(scene, triangle, key). */
+   order, first, count and child stay as they are. The boxes must be exact: no number is rounded here. Ask for the box
+   of each triangle once at each key: motion_triangle_box(scene, triangle, key). */
 void motion_refit(motion_tree *tree, const motion_scene *scene) {
   (void)tree; /* write here */
   (void)scene;

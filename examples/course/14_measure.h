@@ -88,8 +88,8 @@ EX_UNUSED static bool meets_box(const pktrt_ray *ray, const float lo[3], const f
 }
 
 /* [count] */
-/* Counts the boxes that a ray is tested against, if the ray knows from the beginning where it ends; adds the leaves that
-   the ray enters. */
+/* Counts the boxes that a ray is tested against, if the ray knows from the beginning where it ends; adds the leaves
+   that the ray enters. */
 EX_UNUSED static uint32_t count_tests(
     const pktrt_scene *library, const pktrt_ray *ray, float begin, float end, double *leaves) {
   uint32_t stack[256] = {0}, waiting = 1, tests = 0;

@@ -285,8 +285,8 @@ EX_UNUSED static vec motion_turn(vec p, double angle) {
 
 enum { MOTION_KNOT = 17 * 17, MOTION_RING = MOTION_KNOT + 97 * 9, MOTION_BALL = MOTION_RING + 29 * 15 };
 
-/* Returns knot, ring and ball of the course's scene, without the ground. From time 0 to time 1 the knot turns around its
-   middle by `turn` radians, the ring flies along a line, the ball stands still. */
+/* Returns knot, ring and ball of the course's scene, without the ground. From time 0 to time 1 the knot turns around
+   its middle by `turn` radians, the ring flies along a line, the ball stands still. */
 EX_UNUSED static motion_scene motion_things(double turn) {
   const vec middle = {{-1.2f, 1.8f, -0.2f}};
   const vec flight = {{-1.25f, 0.75f, 1.5f}};
@@ -327,8 +327,8 @@ EX_UNUSED static motion_scene motion_flakes(void) {
   return both;
 }
 
-/* Blows flakes around the upright axis, each without turning it; stores the new positions. The way of a flake is `angle`
-   radians times its height at rest; at random: times a number from -1/2 to 1/2 that does not depend on its place. */
+/* Blows flakes around the upright axis, each without turning it; stores the new positions. The way of a flake is
+   `angle` radians times its height at rest; at random: times a number from -1/2 to 1/2 that does not depend on its place. */
 EX_UNUSED static void motion_blow(const course_scene *rest, double angle, bool at_random, vec *position) {
   uint32_t state = 14;
 

@@ -19,7 +19,8 @@ course_box motion_box(const course_box key[2], float begin, float end) {
   return box;
 }
 
-/* Makes the boxes of all nodes anew, at both keys. Children have greater numbers than their parents and so come first. */
+/* Makes the boxes of all nodes anew, at both keys. Children have greater numbers than their
+   parents and so come first. */
 void motion_refit(motion_tree *tree, const motion_scene *scene) {
   for (uint32_t i = tree->nodes; i-- > 0;) {
     motion_node *node = &tree->node[i];

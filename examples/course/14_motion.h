@@ -328,7 +328,7 @@ EX_UNUSED static motion_scene motion_flakes(void) {
 }
 
 /* Blows flakes around the upright axis, each without turning it; stores the new positions. The way of a flake is
-   `angle` radians times its height at rest; at random: times a number from -1/2 to 1/2 that does not depend on its place. */
+   `angle` radians times its height at rest; at random: times a number from -1/2 to 1/2. */
 EX_UNUSED static void motion_blow(const course_scene *rest, double angle, bool at_random, vec *position) {
   uint32_t state = 14;
 

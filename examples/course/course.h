@@ -330,6 +330,21 @@ EX_UNUSED static bool course_library_occluded(const pktrt_scene *library, course
   return pktrt_occluded(library, &r);
 }
 
+/* Returns how many nodes the library opens for a ray that is traced alone, the root included. */
+EX_UNUSED static uint64_t course_library_opens(const pktrt_scene *library, course_ray ray) {
+  static pktrt_stats stats;
+  const pktrt_ray r = course_library_ray(ray);
+  pktrt_query_desc query;
+  pktrt_hit hit;
+
+  memset(&stats, 0, sizeof stats);
+  memset(&query, 0, sizeof query);
+  query.path = PKTRT_PATH_SINGLE;
+  query.stats = &stats;
+  pktrt_intersect_ex(library, &query, &r, &hit, 1);
+  return stats.by_type[PKTRT_RAY_PRIMARY].node_visits;
+}
+
 /* >>comparing ------------------------------------------------------------------------------------------------------ */
 
 /* What became of the rays that were compared. */

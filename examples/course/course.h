@@ -295,6 +295,11 @@ EX_UNUSED static void course_print_by_hit(const uint32_t *cost, const uint32_t *
   printf(
       "  where nothing is hit %.1f, the ground %.1f, a thing above it %.1f; within 3 pixels of one %.1f; at most %u\n",
       sum[0] / count[0], sum[1] / count[1], sum[2] / count[2], sum[3] / count[3], (unsigned)most);
+  course_figure("by_hit.nothing", "%.1f", sum[0] / count[0]);
+  course_figure("by_hit.ground", "%.1f", sum[1] / count[1]);
+  course_figure("by_hit.thing", "%.1f", sum[2] / count[2]);
+  course_figure("by_hit.near", "%.1f", sum[3] / count[3]);
+  course_figure("by_hit.most", "%u", (unsigned)most);
 }
 
 /* >>library -------------------------------------------------------------------------------------------------------- */

@@ -7,10 +7,10 @@
    normal   the unit normal on the side of the surface that faces the light
    light    the position of the light
 
-   The ray must not hit the surface that it leaves, so the ray begins 0.001 off the point, along the normal. The ray goes
-   from there (not from the point) to the light and reaches the light at t = 1: a triangle behind the light casts no shadow.
-   course_meet() in course.h is the chapter's test of a triangle. The first triangle that the ray hits decides: the hit
-   need not be the nearest. */
+   The ray must not hit the surface that it leaves, so the ray begins 0.001 off the point, along the normal. The ray
+   goes from there (not from the point) to the light and reaches the light at t = 1: a triangle behind the light casts
+   no shadow. course_meet() in course.h is the chapter's test of a triangle. The first triangle that the ray hits
+   decides: the hit need not be the nearest. */
 bool in_shadow(const course_scene *scene, vec point, vec normal, vec light) {
   (void)scene, (void)point, (void)normal, (void)light;
   return false;

@@ -1,5 +1,7 @@
 /* Chapter 2: a binary tree of boxes over the triangles, split at the median.
-   Makes out/course/02_heat.png and 02_tree.svg, and prints tests per ray.    cc -O2 examples/course/02_bvh.c -o bvh -lm && ./bvh */
+   Makes out/course/02_heat.png and 02_tree.svg, and prints tests per ray.
+
+     cc -O2 examples/course/02_bvh.c -o bvh -lm && ./bvh */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 #include "../svg.h"
@@ -25,8 +27,8 @@ typedef struct tree {
 /* [end] */
 
 /* [build] */
-/* Builds the subtree over `count` triangles of the order, and returns the index of its root. `divide` sorts the triangles
-   and returns how many of them go to the left child. */
+/* Builds the subtree over `count` triangles of the order, and returns the index of its root. `divide` sorts the
+   triangles and returns how many of them go to the left child. */
 static uint32_t build(tree *t, split *divide, uint32_t first, uint32_t count) {
   const uint32_t me = t->nodes++;
   node n = {course_box_empty(), first, count, {0, 0}};
@@ -103,8 +105,8 @@ static uint32_t split_median(const course_box *box, uint32_t *order, uint32_t co
 }
 /* [end] */
 
-/* Draws a subtree. Above: the width of a node is its number of triangles, and a node is red by the share that the area of
-   its box has of its parent's. Below: the boxes of every second level from above. */
+/* Draws a subtree. Above: the width of a node is its number of triangles, and a node is the redder the larger the ratio
+   of its box's area to its parent's. Below: the boxes of every second level from above. */
 static void draw(const tree *t, svg *s, uint32_t index, uint32_t parent, int level) {
   const node *n = &t->node[index];
   const double wide = 860.0 / t->scene->triangles, left = 20 + wide * n->first, top = 8 + 22 * level;

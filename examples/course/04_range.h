@@ -19,7 +19,7 @@ static uint32_t range_rows(const course_log *log) {
   return rows;
 }
 
-/* Draws a row for each verdict: the child, the rays that go on from the child or are dropped, and a dot for each hit. */
+/* Draws a row for each verdict: the child, the rays that enter or are dropped, and a dot for each hit. */
 static void range_log(svg *s, double x, const char *title, const course_log *log, uint32_t rays) {
   static const char *const colour[] = {"", "#3a3", "#95d", "#9cf", "#e80", "#e55"};
   double y = RANGE_TOP;
@@ -42,8 +42,8 @@ static void range_log(svg *s, double x, const char *title, const course_log *log
   }
 }
 
-/* Draws the log of the chapter's packet on the left and the log of the library's on the right. The height of the drawing
-   is as large as the longer log needs. Returns false if the file cannot be written. */
+/* Draws the log of the chapter's packet on the left and the log of the library's on the right. The longer log
+   determines the height of the drawing. Returns false if the file cannot be written. */
 EX_UNUSED static bool range_draw(const char *path, const course_log *mine, const course_log *theirs, uint32_t rays) {
   const uint32_t left = range_rows(mine), right = range_rows(theirs);
   const double column = RANGE_LABEL + RANGE_CELL * rays + 15;

@@ -1,6 +1,8 @@
 /* Chapter 1: a camera, a triangle, all triangles, and a picture of the depths.
 
-   Prints the number of tests and compares hits with the library.    cc -O2 examples/course/01_ray.c -o ray -lm && ./ray */
+   Prints the number of tests; compares hits with the library.
+
+     cc -O2 examples/course/01_ray.c -o ray -lm && ./ray */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 

@@ -83,16 +83,6 @@ static void aim(packet *p, uint32_t x, uint32_t y, uint32_t side) {
   p->log->count = 0;
 }
 
-/* Logs the library's walk with these steps. Returns how many tests of a ray against a box the library makes. */
-static uint64_t library_tests(const pktrt_scene *library, const packet *p, uint32_t steps, course_log *log) {
-  uint64_t tests = 0;
-
-  log->count = 0;
-  course_library_packet(library, p->ray, p->n, steps, NULL, log);
-  for (size_t i = 0; i < log->count; i++) tests += log->event[i].tested;
-  return tests;
-}
-
 /* Prints the tests of packets of one ray: the same order of the children, and no ray tests for others. */
 static void print_single_rays(packet *p) {
   const double rays = WIDTH * HEIGHT;
@@ -116,10 +106,10 @@ static void draw(const pktrt_scene *library, packet *p, course_log *theirs) {
 
   aim(p, 96, 32, SIDE);
   descend(p, 0, 0, 0);
-  library_tests(library, p, 0, theirs);
+  course_library_tests(library, p->ray, p->n, 0, theirs);
   if (!range_draw("out/course/04_range.svg", p->log, theirs, RAYS)) exit(1);
 
-  library_tests(library, p, PKTRT_PAPER_STEP_NONE, theirs);
+  course_library_tests(library, p->ray, p->n, PKTRT_PAPER_STEP_NONE, theirs);
   if (page_event >= theirs->count) return;
   const pktrt_event *e = &theirs->event[page_event];
   course_figure("page.missed", "%u", (unsigned)e->ray - 1);
@@ -146,9 +136,9 @@ int main(void) {
         told[mine.event[i].kind]++;
         if (mine.event[i].kind == PKTRT_EVENT_ALL_MISS) vain += mine.event[i].active;
       }
-      ordered += (double)library_tests(library, &p, PKTRT_PAPER_STEP_ORDER, &theirs);
-      all += (double)library_tests(library, &p, 0, &theirs);
-      library_tests(library, &p, PKTRT_PAPER_STEP_NONE, &theirs);
+      ordered += (double)course_library_tests(library, p.ray, p.n, PKTRT_PAPER_STEP_ORDER, &theirs);
+      all += (double)course_library_tests(library, p.ray, p.n, 0, &theirs);
+      course_library_tests(library, p.ray, p.n, PKTRT_PAPER_STEP_NONE, &theirs);
       same += course_same_log(&mine, &theirs, packets, false);
       packets++;
     }

@@ -3,8 +3,8 @@
    Prints how many box tests each step saves.    cc -O2 examples/course/05_interval.c -o interval -lm && ./interval */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
+#include "05_boxes.h"
 #include "05_planes.h"
-#include "section.h"
 
 enum { WIDTH = 256, HEIGHT = 192, SIDE = 8, RAYS = SIDE * SIDE, PACKETS = WIDTH * HEIGHT / RAYS };
 
@@ -120,46 +120,10 @@ static void compare(const pktrt_scene *library, const pktrt_node *nodes) {
   course_figure("verdicts.same", "%u", (unsigned)same);
 }
 
-/* Draws one packet and the boxes of the children that it visits, coloured by verdict, from the side and from above. The
-   boxes that planes drop and the packet are drawn last, with thick lines. */
-static void draw(const pktrt_scene *library, const pktrt_node *nodes) {
-  static const char *const fill[] = {"", "#3a32", "#98c2", "#29d3", "#e802", "#d332"};
-  static const char *const line[] = {"", "#3a3", "#98c", "#29d", "#e80", "#d33"};
-  svg drawing;
-  course_log log = {NULL, 0, 0};
-  course_ray rays[RAYS];
-  course_hit hit[RAYS];
-  course_make_folder();
-  aim(rays, 12 * WIDTH / SIDE + 26, library, false);
-  course_library_packet(
-      library, rays, RAYS, PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_FRUSTUM | PKTRT_PAPER_STEP_ORDER, hit, &log);
-  if (!svg_begin(&drawing, "out/course/05_boxes.svg", 960, 660)) exit(1);
-  for (int above = 0; above < 2; above++) {
-    const section s =
-        section_begin(&drawing, !above, 7.6, above ? -1 : -0.7, 59, 0, above ? 316 : 0, 960, above ? 344 : 304);
-    const float *eye = rays[0].origin.at;
-    for (int thick = 0; thick < 2; thick++) {
-      fprintf(drawing.file, "<g stroke-width=\"%g\">\n", thick ? 2.5 : 0.7);
-      for (size_t j = 0; j < log.count; j++) {
-        const pktrt_event *e = &log.event[j];
-        if (e->kind == PKTRT_EVENT_NODE || e->kind > PKTRT_EVENT_ALL_MISS) continue;
-        if ((e->kind == PKTRT_EVENT_FRUSTUM_CULL) != thick) continue;
-        section_box(&s, nodes[e->index].lo[e->child], nodes[e->index].hi[e->child], fill[e->kind], line[e->kind]);
-      }
-      fprintf(drawing.file, "</g>\n");
-    }
-    for (uint32_t r = 0; r < RAYS; r++) section_ray(&s, rays[r], fminf(hit[r].t, 20), "#555", 1.2);
-    svg_dot(&drawing, section_u(&s, eye), section_v(&s, eye), 5, "#000");
-    svg_text(&drawing, section_u(&s, eye) + 8, section_v(&s, eye) + 20, 16, SVG_LEFT, "eye");
-    svg_text(&drawing, 950, 20, 16, SVG_RIGHT, above ? "from above" : "from the side");
-    section_end(&s);
-  }
-  if (!svg_end(&drawing)) exit(1);
-}
-
 int main(void) {
   course_scene scene = course_scene_make();
   pktrt_scene *library = course_library(&scene);
+  course_ray rays[RAYS];
   uint32_t count;
   pktrt_node *nodes = course_library_nodes(library, &count);
 
@@ -174,7 +138,8 @@ int main(void) {
   table(library, true, "shadow.intervals", PKTRT_PAPER_STEP_INTERVALS);
   count_signs(library);
   compare(library, nodes);
-  draw(library, nodes);
+  aim(rays, 12 * WIDTH / SIDE + 26, library, false);
+  boxes_draw("out/course/05_boxes.svg", library, nodes, rays, RAYS);
   pktrt_scene_destroy(library);
   return 0;
 }

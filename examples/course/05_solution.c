@@ -1,9 +1,10 @@
 /* Exercise 5: one test in interval arithmetic for a whole packet. Fill in intervals_miss(), then
    make course-check N=5 FILE=mine_05.c
 
-   course_bounds holds bounds for all rays: on each axis every origin lies in [o_lo, o_hi] and every reciprocal direction
-   in [r_lo, r_hi], and every ray looks at depths from `first` to `last`. Return true only if no ray of such a packet can
-   enter the box: if the least depth at which a ray can be inside all three slabs is greater than the largest.
+   course_bounds holds bounds for all rays: on each axis every origin lies in [o_lo, o_hi] and every reciprocal
+   direction in [r_lo, r_hi], and every ray looks at depths from `first` to `last`. Return true only if no ray of such
+   a packet can enter the box: if the least depth at which a ray can be inside all three slabs is greater than the
+   largest.
 
    Leave out an axis whose r_lo and r_hi have different signs: the text explains why its bounds exclude no box. Widen
    the box by pad, as course_slabs_enter() does for one ray. */

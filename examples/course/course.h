@@ -518,6 +518,18 @@ EX_UNUSED static void course_library_packet(
   }
 }
 
+/* Traces a packet like course_library_packet(), into an emptied log. Returns how many tests of a ray against a box the
+   library makes. */
+EX_UNUSED static uint64_t course_library_tests(
+    const pktrt_scene *library, const course_ray *rays, uint32_t n, uint32_t steps, course_log *log) {
+  uint64_t tests = 0;
+
+  log->count = 0;
+  course_library_packet(library, rays, n, steps, NULL, log);
+  for (size_t i = 0; i < log->count; i++) tests += log->event[i].tested;
+  return tests;
+}
+
 /* Leaves in a log what does not hang on the order of tests in a leaf: what is told of nodes, of their children and of
    leaves; and of the hits in a leaf the last one of each ray, by rays. */
 static void course_log_tidy(course_log *log) {

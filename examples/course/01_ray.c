@@ -79,7 +79,7 @@ int main(void) {
     picture.pixel[i] = vec_make(grey, grey, grey);
     hits++;
   }
-  course_picture_write(&picture, "out/course/01_depth.png");
+  course_picture_write_double(&picture, "out/course/01_depth.png");
 
   printf("01_ray: %u rays, %u triangles: %.0f million tests; %u rays hit something\n", WIDTH * HEIGHT,
       (unsigned)scene.triangles, (double)tally.rays * scene.triangles / 1e6, (unsigned)hits);

@@ -152,7 +152,7 @@ int main(void) {
     course_same_hit(&scene, ray, &hit, &theirs, &tally);
     picture.pixel[i] = course_heat((float)one.boxes / WHITE);
   }
-  course_picture_write(&picture, "out/course/02_heat.png");
+  course_picture_write_double(&picture, "out/course/02_heat.png");
   if (!draw_tree(&t, "out/course/02_tree.svg")) return 1;
   printf("02_bvh: %u triangles, %u nodes; a ray meets %.1f boxes and %.1f triangles\n", (unsigned)scene.triangles,
       (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);

@@ -97,7 +97,7 @@ static void draw_heat(const course_scene *scene, const pktrt_node *nodes, const 
       theirs += library_opens;
       course_same_hit(scene, ray, &hit, &expected, &same);
     }
-  course_picture_write(&picture, "out/course/03_heat.png");
+  course_picture_write_double(&picture, "out/course/03_heat.png");
 
   const double rays = (double)same.rays;
   printf("  %u rays of the camera: %u hits differ from the library's, %u of them at edges\n", (unsigned)same.rays,

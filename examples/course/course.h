@@ -270,6 +270,17 @@ EX_UNUSED static void course_picture_write(const course_picture *p, const char *
   if (!ex_write_picture(path, p->pixel[0].at, p->width, p->height)) exit(1);
 }
 
+/* Writes the picture twice as wide and high: each pixel becomes four equal ones. */
+EX_UNUSED static void course_picture_write_double(const course_picture *p, const char *path) {
+  course_picture large = course_picture_make(2 * p->width, 2 * p->height);
+
+  for (uint32_t y = 0; y < large.height; y++)
+    for (uint32_t x = 0; x < large.width; x++)
+      large.pixel[(size_t)y * large.width + x] = p->pixel[(size_t)(y / 2) * p->width + x / 2];
+  course_picture_write(&large, path);
+  free(large.pixel);
+}
+
 /* The colour of a value in [0,1]: black, blue, orange, white. For heat maps. */
 EX_UNUSED static vec course_heat(float x) {
   static const vec stop[4] = {{{0, 0, 0.02f}}, {{0.02f, 0.12f, 0.5f}}, {{1, 0.35f, 0.02f}}, {{1, 1, 0.85f}}};

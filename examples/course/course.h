@@ -597,12 +597,13 @@ EX_UNUSED static bool course_same_log(course_log *mine, course_log *theirs, uint
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* [slabs] */
-/* What the box test needs of a ray. Depths are distances along the ray's main axis, that of its largest component: the
-   point of parameter t has depth t * scale, and a step of 1 in depth is a step of 1 / r[a] along axis a. */
+/* The numbers that the box test needs of a ray. Depths are distances along the ray's main axis, the axis of the largest
+   component of the direction: the point of parameter t has depth t * scale, and a step of 1 in depth is a step of
+   1 / r[a] along axis a. */
 typedef struct course_slabs {
-  float r[3], near_[3], far_[3]; /* plane * r - near_, - far_: the least and the largest depth at which it is crossed */
-  float first, last;             /* the depths that the ray still looks at; a hit lowers last */
-  float scale, tiny, pad;        /* pad: how far boxes are widened, for what rounding may take */
+  float r[3], near_[3], far_[3]; /* the ray crosses a plane at a depth from plane * r - near_ to plane * r - far_ */
+  float first, last;             /* the depths at which the ray can have a hit; a hit lowers last */
+  float scale, tiny, pad;        /* pad: the test widens boxes by pad, which is more than the rounding errors */
   uint32_t octant;               /* bit a: component a of the direction is negative */
 } course_slabs;
 /* [end] */
@@ -634,8 +635,8 @@ EX_UNUSED static course_slabs course_slabs_make(const pktrt_node *root, course_r
 }
 
 /* [enter] */
-/* Tells whether the ray may meet what is in a box, and if so from which depth on. A ray within rounding of the box
-   enters it, which costs time; a ray that meets what is in it is never turned away, which would cost a hit. */
+/* Returns true if the ray enters a box, and stores the depth of entry. A ray that misses the box by less than the
+   rounding error enters too, which costs time; a ray that hits a triangle inside the box always enters. */
 EX_UNUSED static bool course_slabs_enter(const course_slabs *s, const float lo[3], const float hi[3], float *depth) {
   float enter = s->first, leave = s->last;
   for (int a = 0; a < 3; a++) {
@@ -661,7 +662,7 @@ EX_UNUSED static bool course_slabs_meet(
 }
 
 /* [bounds] */
-/* What all rays of a packet have in common: intervals of their origins, reciprocal directions, and depths. */
+/* Bounds that hold for all rays of a packet: intervals of the origins, reciprocal directions and depths. */
 typedef struct course_bounds {
   float o_lo[3], o_hi[3], r_lo[3], r_hi[3]; /* r as in course_slabs */
   float first, last, pad;                   /* the least first; the largest last, the largest pad */

@@ -1,16 +1,16 @@
 /* Exercise 1: shadows. Fill in in_shadow(), then    make course-check N=1 FILE=mine_01.c */
 #include "course.h"
 
-/* Whether any triangle of the scene stands between a point of a surface and a light.
+/* Returns true if a triangle of the scene lies between a point of a surface and a light.
 
-   point    where a ray met the surface, as nearly as floats have it
-   normal   of unit length, to the side of the surface that the light is on
-   light    where the light is
+   point    where a ray hit the surface, rounded to floats
+   normal   the unit normal on the side of the surface that faces the light
+   light    the position of the light
 
-   The ray must not meet the surface that it leaves, so it begins 0.001 off the point, along the normal. It goes from
-   where it begins, not from the point, to the light, and is there at t = 1: what stands behind the light casts no shadow.
-   course_meet() in course.h is the test of a triangle from the chapter. Nothing needs to
-   be the nearest here: the first triangle that is met settles the matter. */
+   The ray must not hit the surface that it leaves, so the ray begins 0.001 off the point, along the normal. The ray
+   goes from there (not from the point) to the light and reaches the light at t = 1: a triangle behind the light casts
+   no shadow. course_meet() in course.h is the chapter's test of a triangle. The first triangle that the ray hits
+   decides: the hit need not be the nearest. */
 bool in_shadow(const course_scene *scene, vec point, vec normal, vec light) {
   (void)scene, (void)point, (void)normal, (void)light;
   return false;

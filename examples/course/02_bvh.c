@@ -1,5 +1,7 @@
-/* Chapter 2: a binary tree of boxes over the triangles, split at the median; what it saves, and what it looks like.
-   Prints tests per ray.    cc -O2 examples/course/02_bvh.c -o bvh -lm && ./bvh */
+/* Chapter 2: a binary tree of boxes over the triangles, split at the median.
+   Makes out/course/02_heat.png and 02_tree.svg, and prints tests per ray.
+
+     cc -O2 examples/course/02_bvh.c -o bvh -lm && ./bvh */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 #include "../svg.h"
@@ -8,9 +10,9 @@
 enum { LEAF = 4 }; /* triangles of a leaf, at most */
 
 typedef struct node {
-  course_box box;        /* around all that is below */
-  uint32_t first, count; /* the triangles below: order[first] and so on */
-  uint32_t child[2];     /* 0, 0: it is a leaf */
+  course_box box;        /* around all triangles of the subtree */
+  uint32_t first, count; /* the triangles of the subtree: order[first] and so on */
+  uint32_t child[2];     /* 0, 0: the node is a leaf */
 } node;
 
 typedef uint32_t split(const course_box *box, uint32_t *order, uint32_t count);
@@ -25,7 +27,8 @@ typedef struct tree {
 /* [end] */
 
 /* [build] */
-/* A node over triangles of the tree's order, and all below it. `split` arranges them and says how many go left. */
+/* Builds the subtree over `count` triangles of the order, and returns the index of its root. `divide` sorts the
+   triangles and returns how many of them go to the left child. */
 static uint32_t build(tree *t, split *divide, uint32_t first, uint32_t count) {
   const uint32_t me = t->nodes++;
   node n = {course_box_empty(), first, count, {0, 0}};
@@ -41,11 +44,15 @@ static uint32_t build(tree *t, split *divide, uint32_t first, uint32_t count) {
 }
 /* [end] */
 
+/* Returns a tree over all triangles of the scene. */
 static tree tree_make(const course_scene *scene, split *divide) {
   const uint32_t n = scene->triangles;
   tree t = {scene, (course_box *)course_memory(n, sizeof *t.box), (uint32_t *)course_memory(n, sizeof *t.order),
       (node *)course_memory(2 * n, sizeof *t.node), 0};
-  for (uint32_t i = 0; i < n; i++) t.order[i] = i, t.box[i] = course_box_of(scene, i);
+  for (uint32_t i = 0; i < n; i++) {
+    t.order[i] = i;
+    t.box[i] = course_box_of(scene, i);
+  }
   build(&t, divide, 0, n);
   return t;
 }
@@ -55,8 +62,8 @@ typedef struct work {
   uint64_t boxes, triangles; /* tests */
 } work;
 
-/* Between the two planes of each axis the ray is from one t to another; it meets the box where all three agree. Which
-   plane comes first is a matter of the direction's sign. */
+/* Returns true if the ray meets the box before t = far. On each axis the ray is between the two planes from one t to
+   another; the sign of the direction tells which plane the ray crosses first. */
 static bool meet_box(const course_box *b, const course_ray *ray, float far) {
   float near = ray->tmin;
   for (int a = 0; a < 3; a++) {
@@ -68,6 +75,7 @@ static bool meet_box(const course_box *b, const course_ray *ray, float far) {
   return near <= far;
 }
 
+/* Finds the nearest hit of a ray in a subtree, if the hit is nearer than *hit. */
 static void walk(const tree *t, uint32_t index, const course_ray *ray, course_hit *hit, work *w) {
   const node *n = &t->node[index];
   w->boxes++;
@@ -80,7 +88,8 @@ static void walk(const tree *t, uint32_t index, const course_ray *ray, course_hi
 /* [end] */
 
 /* [median] */
-/* Half of the triangles go to each side, in the order of their centres along the longest side of the centres' box. */
+/* Sorts the triangles by their boxes' centres along the axis on which the centres are spread the most. Returns half of
+   their number. */
 static uint32_t split_median(const course_box *box, uint32_t *order, uint32_t count) {
   course_box centres = course_box_empty();
   int axis = 0;
@@ -96,32 +105,34 @@ static uint32_t split_median(const course_box *box, uint32_t *order, uint32_t co
 }
 /* [end] */
 
-/* Above, a node is as wide as it has triangles, as red as its box has of its parent's area; below, boxes from above. */
+/* Draws a subtree. Above: the width of a node is its number of triangles, and a node is the redder the larger the ratio
+   of its box's area to its parent's. Below: the boxes of every second level from above. */
 static void draw(const tree *t, svg *s, uint32_t index, uint32_t parent, int level) {
   const node *n = &t->node[index];
-  const double wide = 600.0 / t->scene->triangles, left = 20 + wide * n->first, top = 8 + 20 * level;
-  const double x = 95 + 75 * (level - 1), z = 248, scale = 7.6; /* of a panel: its middle, and pixels per unit */
+  const double wide = 860.0 / t->scene->triangles, left = 20 + wide * n->first, top = 8 + 22 * level;
+  const double x = 120 + 110 * (level - 1), z = 310, scale = 11.2; /* of a panel: its middle, and pixels per unit */
   const int pale = (int)(255 * (1 - (double)(course_box_area(n->box) / course_box_area(t->node[parent].box))));
   char colour[8];
   snprintf(colour, sizeof colour, "#ff%02x%02x", (unsigned)pale, (unsigned)pale);
-  svg_box(s, left, top, left + wide * n->count, top + 16, colour, "#444");
+  svg_box(s, left, top, left + wide * n->count, top + 18, colour, "#444");
   if (level % 2)
     svg_box(s, x + scale * (double)n->box.lo.at[0], z + scale * (double)n->box.lo.at[2],
         x + scale * (double)n->box.hi.at[0], z + scale * (double)n->box.hi.at[2], NULL, "#05a");
   for (int i = 0; i < 2 && n->child[0] && level < 7; i++) draw(t, s, n->child[i], index, level + 1);
 }
 
+/* Draws the tree. Returns false if the file cannot be written. */
 static bool draw_tree(const tree *t, const char *path) {
   svg s;
-  if (!svg_begin(&s, path, 640, 340)) return false;
+  if (!svg_begin(&s, path, 900, 450)) return false;
   draw(t, &s, 0, 0, 0);
-  for (int i = 0; i < 4; i++) svg_text(&s, 95 + 150 * i, 334, 12, SVG_MIDDLE, "level %d, from above", 2 * i + 1);
+  for (int i = 0; i < 4; i++) svg_text(&s, 120 + 220 * i, 440, 15, SVG_MIDDLE, "level %d, from above", 2 * i + 1);
   return svg_end(&s);
 }
 
 #ifndef COURSE_CHECK /* a check includes this file and has its own main */
 int main(void) {
-  enum { WIDTH = 256, HEIGHT = 192, RAYS = WIDTH * HEIGHT };
+  enum { WIDTH = 256, HEIGHT = 192, RAYS = WIDTH * HEIGHT, WHITE = 210 /* box tests */ };
   course_scene scene = course_scene_make();
   pktrt_scene *library = course_library(&scene);
   tree t = tree_make(&scene, split_median);
@@ -134,16 +145,24 @@ int main(void) {
     course_hit hit = {ray.tmax, 0, 0, COURSE_NONE}, theirs = course_library_hit(library, ray);
     work one = {0, 0};
     walk(&t, 0, &ray, &hit, &one);
-    boxes[i] = (uint32_t)one.boxes, all.boxes += one.boxes, all.triangles += one.triangles, triangle[i] = hit.triangle;
+    boxes[i] = (uint32_t)one.boxes;
+    triangle[i] = hit.triangle;
+    all.boxes += one.boxes;
+    all.triangles += one.triangles;
     course_same_hit(&scene, ray, &hit, &theirs, &tally);
-    picture.pixel[i] = course_heat((float)one.boxes / 210);
+    picture.pixel[i] = course_heat((float)one.boxes / WHITE);
   }
-  course_picture_write(&picture, "out/course/02_heat.png");
+  course_picture_write_double(&picture, "out/course/02_heat.png");
   if (!draw_tree(&t, "out/course/02_tree.svg")) return 1;
   printf("02_bvh: %u triangles, %u nodes; a ray meets %.1f boxes and %.1f triangles\n", (unsigned)scene.triangles,
       (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);
-  course_print_by_hit(boxes, triangle, RAYS);
   course_tally_print(&tally);
+  course_print_by_hit(boxes, triangle, RAYS);
+  course_figure("triangles", "%u", (unsigned)scene.triangles);
+  course_figure("tests", "%.1f", (double)(all.boxes + all.triangles) / RAYS);
+  course_figure("heat.blue", "%u", WHITE / 3);
+  course_figure("heat.orange", "%u", 2 * WHITE / 3);
+  course_figure("heat.white", "%u", WHITE);
   pktrt_scene_destroy(library);
   return tally.different != 0;
 }

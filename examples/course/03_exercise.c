@@ -1,19 +1,19 @@
 /* Exercise 3: the nearest hit of a ray, nearest child first. Fill in nearest_first(), then
    make course-check N=3 FILE=mine_03.c
 
-   The chapter's walk takes children as they stand as they come, and opens all that the ray enters at the time. Write
-   one that opens fewer:
+   The chapter's walk takes the children in the order of their places, and opens every node that the ray enters when the
+   node's parent is opened. Write a walk that opens fewer nodes:
 
-     1. Test the children of a node by course_slabs_enter(), which also tells at which depth the ray enters their boxes.
-     2. Go on with the nearest child, be it a node or a leaf; the others wait, the farther the longer. (That
-        leaves take part in this saves triangles; the number of nodes does not depend on it.)
-     3. Drop a child whose turn comes when the ray has become too short for it: its depth is beyond slabs.last. (Not
-        beyond hit.t: depths are not t.)
+     1. Test the children of a node by course_slabs_enter(), which also returns the depth at which the ray enters a box.
+     2. Continue with the nearest child, be it a node or a leaf. The others wait on a stack, the nearest on top. (Leaves
+        on the stack save triangle tests; the number of opened nodes does not depend on them.)
+     3. Drop a child that is popped when its depth is beyond slabs.last: a hit has made the ray too short for the child.
+        (Compare with slabs.last, not with hit.t: depths are not t.)
 
-   Nodes are had from open_node() alone: the check counts how often you ask for one that is not the root. */
+   Read nodes by open_node() only: the check counts its calls for nodes other than the root. */
 #include "course.h"
 
-/* The check has these two: the first is called, the second is yours. */
+/* The check has open_node(); you write nearest_first(). */
 const pktrt_node *open_node(uint32_t index);
 course_hit nearest_first(const course_scene *scene, course_ray ray);
 

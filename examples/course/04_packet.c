@@ -1,10 +1,10 @@
-/* Chapter 4: a packet walks down the library's tree, as plainly as can be. Makes out/course/04_range.svg.
-   Prints what it cost.    cc -O2 examples/course/04_packet.c -o packet -lm && ./packet */
+/* Chapter 4: a packet walks down the library's tree. Makes out/course/04_range.svg.
+   Prints the number of tests.    cc -O2 examples/course/04_packet.c -o packet -lm && ./packet */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
-#include "../svg.h"
+#include "04_range.h"
 
-enum { WIDTH = 256, HEIGHT = 192, SIDE = 8, RAYS = SIDE * SIDE };
+enum { WIDTH = 256, HEIGHT = 192, SIDE = 8 /* pixels, of a packet's square */, RAYS = SIDE * SIDE };
 
 /* [packet] */
 typedef struct packet {
@@ -18,26 +18,34 @@ typedef struct packet {
   course_log *log;
 } packet;
 
+/* Logs an event. */
 static void tell(packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray, uint32_t depth) {
   pktrt_event e;
   memset(&e, 0, sizeof e);
-  e.kind = kind, e.index = index, e.child = child, e.ray = ray, e.depth = depth, e.active = p->n - ray;
+  e.kind = kind;
+  e.index = index;
+  e.child = child;
+  e.ray = ray;
+  e.depth = depth;
+  e.active = p->n - ray;
   course_log_event(p->log, &e);
 }
 
-/* Finds the first ray, from `first` on, that enters a child; n: none does. */
+/* Returns the first ray, from `first` on, that enters child k of a node; n if none enters. Logs the verdict. */
 static uint32_t find_first(packet *p, uint32_t index, uint32_t k, uint32_t first, uint32_t depth) {
   const pktrt_node *node = &p->nodes[index];
   uint32_t ray = first;
+
   while (ray < p->n && !course_slabs_enter(&p->slabs[ray], node->lo[k], node->hi[k], NULL)) ray++;
   p->boxes += ray - first + (ray < p->n);
+
   pktrt_event_kind verdict = PKTRT_EVENT_FIRST_HIT;
   if (ray > first) verdict = ray < p->n ? PKTRT_EVENT_LATER_HIT : PKTRT_EVENT_ALL_MISS;
   tell(p, verdict, index, k, ray < p->n ? ray : first, depth);
   return ray;
 }
 
-/* All rays from `first` on meet a leaf's triangles, whether or not they enter its box. */
+/* Tests all rays from `first` on against the triangles of a leaf, whether or not they enter the leaf's box. */
 static void meet_leaf(packet *p, const pktrt_node *node, uint32_t k, uint32_t first, uint32_t depth) {
   tell(p, PKTRT_EVENT_LEAF, node->child[k], 0, first, depth);
   for (uint32_t r = first; r < p->n; r++)
@@ -49,7 +57,7 @@ static void meet_leaf(packet *p, const pktrt_node *node, uint32_t k, uint32_t fi
     }
 }
 
-/* The rays before `first` are known to miss the node; those from it on may hit it. */
+/* Walks the tree below a node. The rays before `first` are known to miss the node; the others may hit it. */
 static void descend(packet *p, uint32_t index, uint32_t first, uint32_t depth) {
   tell(p, PKTRT_EVENT_NODE, index, 0, first, depth);
   const pktrt_node *node = &p->nodes[index];
@@ -63,53 +71,49 @@ static void descend(packet *p, uint32_t index, uint32_t first, uint32_t depth) {
 }
 /* [end] */
 
-/* The camera's rays through 8 x 8 pixels, row by row. */
-static void aim(packet *p, uint32_t x, uint32_t y) {
-  p->n = RAYS;
-  for (uint32_t i = 0; i < RAYS; i++) {
-    p->ray[i] = course_camera_ray((float)(x + i % SIDE) + 0.5f, (float)(y + i / SIDE) + 0.5f, WIDTH, HEIGHT);
+/* Makes the packet of the camera's rays through a square of pixels, row by row; (x, y) is its upper left pixel. */
+static void aim(packet *p, uint32_t x, uint32_t y, uint32_t side) {
+  p->n = side * side;
+  for (uint32_t i = 0; i < p->n; i++) {
+    p->ray[i] = course_camera_ray((float)(x + i % side) + 0.5f, (float)(y + i / side) + 0.5f, WIDTH, HEIGHT);
     p->slabs[i] = course_slabs_make(&p->nodes[0], p->ray[i]);
-    p->hit[i].t = INFINITY, p->hit[i].triangle = COURSE_NONE;
+    p->hit[i].t = INFINITY;
+    p->hit[i].triangle = COURSE_NONE;
   }
   p->log->count = 0;
 }
 
-/* A row for each verdict: which child, and which rays go on from it or were dropped with it. */
-static void draw_log(svg *s, double x, const char *title, const course_log *log) {
-  static const char *const colour[] = {"", "#3a3", "#95d", "#9cf", "#e80", "#e55"};
-  double y = 30;
-  svg_text(s, x, 16, 11, SVG_LEFT, "%s", title);
-  for (size_t i = 0; i < log->count; i++) {
-    const pktrt_event *e = &log->event[i];
-    if (e->kind < PKTRT_EVENT_FIRST_HIT || e->kind > PKTRT_EVENT_ALL_MISS) continue;
-    const bool entered = e->kind == PKTRT_EVENT_FIRST_HIT || e->kind == PKTRT_EVENT_LATER_HIT;
-    const char *to = !entered ? "" : e[1].kind == PKTRT_EVENT_NODE ? ": node" : ": leaf";
-    svg_text(s, x + 10 * (double)e->depth - 10, y, 7, SVG_LEFT, "place %u%s", (unsigned)e->child, to);
-    svg_range(s, x + 90, y - 6, 4 * RAYS, 6, e->ray, e->ray + e->active - 1, RAYS, colour[e->kind]);
-    for (size_t j = i + 2; j < log->count && log->event[j].kind >= PKTRT_EVENT_HIT; j++)
-      if (log->event[j].kind == PKTRT_EVENT_HIT) svg_dot(s, x + 92 + 4 * log->event[j].ray, y - 3, 1.5, "#000");
-    y += 9;
-  }
+/* Prints the tests of packets of one ray: the same order of the children, and no ray tests for others. */
+static void print_single_rays(packet *p) {
+  const double rays = WIDTH * HEIGHT;
+
+  p->boxes = 0;
+  p->triangles = 0;
+  for (uint32_t y = 0; y < HEIGHT; y++)
+    for (uint32_t x = 0; x < WIDTH; x++) {
+      aim(p, x, y, 1);
+      descend(p, 0, 0, 0);
+    }
+  printf("  in packets of one ray, a ray is tested against %.1f boxes and %.1f triangles\n", (double)p->boxes / rays,
+      (double)p->triangles / rays);
+  course_figure("single.boxes", "%.1f", (double)p->boxes / rays);
+  course_figure("single.triangles", "%.1f", (double)p->triangles / rays);
 }
 
-/* What the library tests for a packet, a ray against a box each, if it takes these steps. */
-static uint64_t library_tests(const pktrt_scene *library, const packet *p, uint32_t steps, course_log *log) {
-  uint64_t tests = 0;
-  log->count = 0;
-  course_library_packet(library, p->ray, p->n, steps, NULL, log);
-  for (size_t i = 0; i < log->count; i++) tests += log->event[i].tested;
-  return tests;
-}
-
+/* Draws the events of one packet, and prints the event at which the text's link opens the page. */
 static void draw(const pktrt_scene *library, packet *p, course_log *theirs) {
-  svg s;
-  if (!svg_begin(&s, "out/course/04_range.svg", 740, 360)) exit(1);
-  aim(p, 96, 32);
+  const uint32_t page_event = 142;
+
+  aim(p, 96, 32, SIDE);
   descend(p, 0, 0, 0);
-  draw_log(&s, 15, "first active ray alone, children from place 7 to 0", p->log);
-  library_tests(library, p, 0, theirs);
-  draw_log(&s, 385, "the library: all of its steps, children from near to far", theirs);
-  if (!svg_end(&s)) exit(1);
+  course_library_tests(library, p->ray, p->n, 0, theirs);
+  if (!range_draw("out/course/04_range.svg", p->log, theirs, RAYS)) exit(1);
+
+  course_library_tests(library, p->ray, p->n, PKTRT_PAPER_STEP_NONE, theirs);
+  if (page_event >= theirs->count) return;
+  const pktrt_event *e = &theirs->event[page_event];
+  course_figure("page.missed", "%u", (unsigned)e->ray - 1);
+  course_figure("page.first", "%u", (unsigned)e->ray);
 }
 
 int main(void) {
@@ -120,30 +124,50 @@ int main(void) {
   double told[PKTRT_EVENT_HIT + 1] = {0}, vain = 0, ordered = 0, all = 0;
   course_log mine = {NULL, 0, 0}, theirs = {NULL, 0, 0};
   static packet p; /* zeroed */
-  p.scene = &scene, p.nodes = course_library_nodes(library, &nodes), p.log = &mine;
+  p.scene = &scene;
+  p.nodes = course_library_nodes(library, &nodes);
+  p.log = &mine;
+
   for (uint32_t y = 0; y < HEIGHT; y += SIDE)
-    for (uint32_t x = 0; x < WIDTH; x += SIDE, packets++) {
-      aim(&p, x, y);
+    for (uint32_t x = 0; x < WIDTH; x += SIDE) {
+      aim(&p, x, y, SIDE);
       descend(&p, 0, 0, 0);
       for (size_t i = 0; i < mine.count; i++) {
         told[mine.event[i].kind]++;
         if (mine.event[i].kind == PKTRT_EVENT_ALL_MISS) vain += mine.event[i].active;
       }
-      ordered += (double)library_tests(library, &p, PKTRT_PAPER_STEP_ORDER, &theirs);
-      all += (double)library_tests(library, &p, 0, &theirs);
-      library_tests(library, &p, PKTRT_PAPER_STEP_NONE, &theirs);
+      ordered += (double)course_library_tests(library, p.ray, p.n, PKTRT_PAPER_STEP_ORDER, &theirs);
+      all += (double)course_library_tests(library, p.ray, p.n, 0, &theirs);
+      course_library_tests(library, p.ray, p.n, PKTRT_PAPER_STEP_NONE, &theirs);
       same += course_same_log(&mine, &theirs, packets, false);
+      packets++;
     }
-  const double n = packets, rays = n * RAYS;
+
+  const double n = packets, rays = n * RAYS, boxes = (double)p.boxes;
   printf("04_packet: %u packets of %u rays: %u tell the same events as the library's\n", (unsigned)packets, RAYS,
       (unsigned)same);
   printf(
       "  a packet opens %.1f nodes; the first active ray enters %.1f of their children, a later one %.1f, none %.1f\n",
       told[PKTRT_EVENT_NODE] / n, told[PKTRT_EVENT_FIRST_HIT] / n, told[PKTRT_EVENT_LATER_HIT] / n,
       told[PKTRT_EVENT_ALL_MISS] / n);
-  printf("  a ray meets %.1f boxes and %.1f triangles; %.0f%% of the box tests are of children that no ray enters\n",
-      (double)p.boxes / rays, (double)p.triangles / rays, 100 * vain / (double)p.boxes);
+  printf("  a ray is tested against %.1f boxes and %.1f triangles; %.0f%% of the box tests are of children that no ray "
+         "enters\n",
+      boxes / rays, (double)p.triangles / rays, 100 * vain / boxes);
   printf("  the library tests %.1f boxes a ray from near to far, %.1f with all steps\n", ordered / rays, all / rays);
+  course_figure("packets", "%u", (unsigned)packets);
+  course_figure("rays", "%u", RAYS);
+  course_figure("same", "%u", (unsigned)same);
+  course_figure("nodes", "%.1f", told[PKTRT_EVENT_NODE] / n);
+  course_figure("enters.first", "%.1f", told[PKTRT_EVENT_FIRST_HIT] / n);
+  course_figure("enters.later", "%.1f", told[PKTRT_EVENT_LATER_HIT] / n);
+  course_figure("enters.none", "%.1f", told[PKTRT_EVENT_ALL_MISS] / n);
+  course_figure("boxes", "%.1f", boxes / rays);
+  course_figure("triangles", "%.1f", (double)p.triangles / rays);
+  course_figure("vain", "%.0f", 100 * vain / boxes);
+  course_figure("library.ordered", "%.1f", ordered / rays);
+  course_figure("library.all", "%.1f", all / rays);
+
+  print_single_rays(&p);
   draw(library, &p, &theirs);
   pktrt_scene_destroy(library);
   return 0;

@@ -1,16 +1,16 @@
 /* Exercise 5: one test in interval arithmetic for a whole packet. Fill in intervals_miss(), then
    make course-check N=5 FILE=mine_05.c
 
-   What is known of the rays is in course_bounds: each origin lies in [o_lo, o_hi], each reciprocal direction in
-   [r_lo, r_hi], by axis, and each ray looks at depths from `first` to `last`. Return true only if no ray of such a
-   packet can enter the box. That means: the least depth at which any of them can be in all three slabs is beyond the
+   course_bounds holds bounds for all rays: on each axis every origin lies in [o_lo, o_hi] and every reciprocal
+   direction in [r_lo, r_hi], and every ray looks at depths from `first` to `last`. Return true only if no ray of such
+   a packet can enter the box: if the least depth at which a ray can be inside all three slabs is greater than the
    largest.
 
-   Along an axis whose r_lo and r_hi have different signs the text tells why nothing follows: leave it out. Widen the
-   box by pad; course_slabs_enter() does the same for one ray. */
+   Leave out an axis whose r_lo and r_hi have different signs: the text explains why its bounds exclude no box. Widen
+   the box by pad, as course_slabs_enter() does for one ray. */
 #include "course.h"
 
-/* The check calls it. */
+/* The check calls this function. */
 bool intervals_miss(const course_bounds *p, const float lo[3], const float hi[3]);
 
 bool intervals_miss(const course_bounds *p, const float lo[3], const float hi[3]) {

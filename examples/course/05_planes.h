@@ -13,17 +13,28 @@ typedef struct planes {
   float sign, slope_lo[2], slope_hi[2], pad;
 } planes;
 
-/* Returns false if the rays have no such planes. */
+/* Makes the planes of a packet. Returns false if the rays have no such planes. */
 EX_UNUSED static bool planes_make(planes *p, const course_ray *rays, uint32_t n, float pad) {
-  p->origin = rays[0].origin.at, p->pad = pad;
+  p->origin = rays[0].origin.at;
+  p->pad = pad;
+
   for (uint32_t i = 0; i < n; i++) {
     const float *d = rays[i].direction.at;
-    const int k = fabsf(d[1]) <= fabsf(d[0]) && fabsf(d[2]) <= fabsf(d[0]) ? 0 : fabsf(d[2]) <= fabsf(d[1]) ? 1 : 2;
-    const float sign = d[k] < 0 ? -1.0f : 1.0f;
-    if (!i) p->main = k, p->sign = sign, p->other[0] = (k + 1) % 3, p->other[1] = (k + 2) % 3;
-    if (k != p->main || sign != p->sign || memcmp(p->origin, rays[i].origin.at, sizeof(vec))) return false;
+    int main_axis = 0;
+    if (fabsf(d[1]) > fabsf(d[main_axis])) main_axis = 1;
+    if (fabsf(d[2]) > fabsf(d[main_axis])) main_axis = 2;
+    const float sign = d[main_axis] < 0 ? -1.0f : 1.0f;
+
+    if (i == 0) {
+      p->main = main_axis;
+      p->sign = sign;
+      p->other[0] = (main_axis + 1) % 3;
+      p->other[1] = (main_axis + 2) % 3;
+    }
+    if (main_axis != p->main || sign != p->sign || memcmp(p->origin, rays[i].origin.at, sizeof(vec))) return false;
+
     for (int a = 0; a < 2; a++) {
-      const float slope = sign * (d[p->other[a]] / d[k]);
+      const float slope = sign * (d[p->other[a]] / d[main_axis]);
       p->slope_lo[a] = i ? fminf(p->slope_lo[a], slope) : slope;
       p->slope_hi[a] = i ? fmaxf(p->slope_hi[a], slope) : slope;
     }
@@ -31,17 +42,20 @@ EX_UNUSED static bool planes_make(planes *p, const course_ray *rays, uint32_t n,
   return true;
 }
 
-/* Tells whether a box lies outside one of the planes, or behind the origin: then all rays miss it. */
+/* Returns true if a box lies outside one of the planes, or behind the origin: then all rays miss the box. */
 EX_UNUSED static bool planes_miss(const planes *p, const float lo[3], const float hi[3]) {
-  const int k = p->main;
-  const float o = p->origin[k], nearest = p->sign > 0 ? lo[k] - o : o - hi[k],
-              farthest = p->sign > 0 ? hi[k] - o : o - lo[k];
+  const int main_axis = p->main;
+  const float o = p->origin[main_axis];
+  const float nearest = p->sign > 0 ? lo[main_axis] - o : o - hi[main_axis];
+  const float farthest = p->sign > 0 ? hi[main_axis] - o : o - lo[main_axis];
   const float w0 = fmaxf(nearest - p->pad, 0), w1 = farthest + p->pad; /* the depths of the box */
+
   for (int a = 0; a < 2; a++) {
-    const float l = lo[p->other[a]] - p->origin[p->other[a]] - p->pad;
-    const float h = hi[p->other[a]] - p->origin[p->other[a]] + p->pad;
-    if (l > fmaxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
-    if (h < fminf(p->slope_lo[a] * w0, p->slope_lo[a] * w1)) return true;
+    const int axis = p->other[a];
+    const float below = lo[axis] - p->origin[axis] - p->pad;
+    const float above = hi[axis] - p->origin[axis] + p->pad;
+    if (below > fmaxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
+    if (above < fminf(p->slope_lo[a] * w0, p->slope_lo[a] * w1)) return true;
   }
   return w1 < 0;
 }

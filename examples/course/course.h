@@ -270,6 +270,17 @@ EX_UNUSED static void course_picture_write(const course_picture *p, const char *
   if (!ex_write_picture(path, p->pixel[0].at, p->width, p->height)) exit(1);
 }
 
+/* Writes the picture twice as wide and high: each pixel becomes four equal ones. */
+EX_UNUSED static void course_picture_write_double(const course_picture *p, const char *path) {
+  course_picture large = course_picture_make(2 * p->width, 2 * p->height);
+
+  for (uint32_t y = 0; y < large.height; y++)
+    for (uint32_t x = 0; x < large.width; x++)
+      large.pixel[(size_t)y * large.width + x] = p->pixel[(size_t)(y / 2) * p->width + x / 2];
+  course_picture_write(&large, path);
+  free(large.pixel);
+}
+
 /* The colour of a value in [0,1]: black, blue, orange, white. For heat maps. */
 EX_UNUSED static vec course_heat(float x) {
   static const vec stop[4] = {{{0, 0, 0.02f}}, {{0.02f, 0.12f, 0.5f}}, {{1, 0.35f, 0.02f}}, {{1, 1, 0.85f}}};
@@ -295,6 +306,11 @@ EX_UNUSED static void course_print_by_hit(const uint32_t *cost, const uint32_t *
   printf(
       "  where nothing is hit %.1f, the ground %.1f, a thing above it %.1f; within 3 pixels of one %.1f; at most %u\n",
       sum[0] / count[0], sum[1] / count[1], sum[2] / count[2], sum[3] / count[3], (unsigned)most);
+  course_figure("by_hit.nothing", "%.1f", sum[0] / count[0]);
+  course_figure("by_hit.ground", "%.1f", sum[1] / count[1]);
+  course_figure("by_hit.thing", "%.1f", sum[2] / count[2]);
+  course_figure("by_hit.near", "%.1f", sum[3] / count[3]);
+  course_figure("by_hit.most", "%u", (unsigned)most);
 }
 
 /* >>library -------------------------------------------------------------------------------------------------------- */
@@ -328,6 +344,21 @@ EX_UNUSED static course_hit course_library_hit(const pktrt_scene *library, cours
 EX_UNUSED static bool course_library_occluded(const pktrt_scene *library, course_ray ray) {
   const pktrt_ray r = course_library_ray(ray);
   return pktrt_occluded(library, &r);
+}
+
+/* Returns how many nodes the library opens for a ray that is traced alone, the root included. */
+EX_UNUSED static uint64_t course_library_opens(const pktrt_scene *library, course_ray ray) {
+  static pktrt_stats stats;
+  const pktrt_ray r = course_library_ray(ray);
+  pktrt_query_desc query;
+  pktrt_hit hit;
+
+  memset(&stats, 0, sizeof stats);
+  memset(&query, 0, sizeof query);
+  query.path = PKTRT_PATH_SINGLE;
+  query.stats = &stats;
+  pktrt_intersect_ex(library, &query, &r, &hit, 1);
+  return stats.by_type[PKTRT_RAY_PRIMARY].node_visits;
 }
 
 /* >>comparing ------------------------------------------------------------------------------------------------------ */
@@ -498,6 +529,18 @@ EX_UNUSED static void course_library_packet(
   }
 }
 
+/* Traces a packet like course_library_packet(), into an emptied log. Returns how many tests of a ray against a box the
+   library makes. */
+EX_UNUSED static uint64_t course_library_tests(
+    const pktrt_scene *library, const course_ray *rays, uint32_t n, uint32_t steps, course_log *log) {
+  uint64_t tests = 0;
+
+  log->count = 0;
+  course_library_packet(library, rays, n, steps, NULL, log);
+  for (size_t i = 0; i < log->count; i++) tests += log->event[i].tested;
+  return tests;
+}
+
 /* Leaves in a log what does not hang on the order of tests in a leaf: what is told of nodes, of their children and of
    leaves; and of the hits in a leaf the last one of each ray, by rays. */
 static void course_log_tidy(course_log *log) {
@@ -554,12 +597,13 @@ EX_UNUSED static bool course_same_log(course_log *mine, course_log *theirs, uint
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* [slabs] */
-/* What the box test needs of a ray. Depths are distances along the ray's main axis, that of its largest component: the
-   point of parameter t has depth t * scale, and a step of 1 in depth is a step of 1 / r[a] along axis a. */
+/* The numbers that the box test needs of a ray. Depths are distances along the ray's main axis, the axis of the largest
+   component of the direction: the point of parameter t has depth t * scale, and a step of 1 in depth is a step of
+   1 / r[a] along axis a. */
 typedef struct course_slabs {
-  float r[3], near_[3], far_[3]; /* plane * r - near_, - far_: the least and the largest depth at which it is crossed */
-  float first, last;             /* the depths that the ray still looks at; a hit lowers last */
-  float scale, tiny, pad;        /* pad: how far boxes are widened, for what rounding may take */
+  float r[3], near_[3], far_[3]; /* the ray crosses a plane at a depth from plane * r - near_ to plane * r - far_ */
+  float first, last;             /* the depths at which the ray can have a hit; a hit lowers last */
+  float scale, tiny, pad;        /* pad: the test widens boxes by pad, which is more than the rounding errors */
   uint32_t octant;               /* bit a: component a of the direction is negative */
 } course_slabs;
 /* [end] */
@@ -591,8 +635,8 @@ EX_UNUSED static course_slabs course_slabs_make(const pktrt_node *root, course_r
 }
 
 /* [enter] */
-/* Tells whether the ray may meet what is in a box, and if so from which depth on. A ray within rounding of the box
-   enters it, which costs time; a ray that meets what is in it is never turned away, which would cost a hit. */
+/* Returns true if the ray enters a box, and stores the depth of entry. A ray that misses the box by less than the
+   rounding error enters too, which costs time; a ray that hits a triangle inside the box always enters. */
 EX_UNUSED static bool course_slabs_enter(const course_slabs *s, const float lo[3], const float hi[3], float *depth) {
   float enter = s->first, leave = s->last;
   for (int a = 0; a < 3; a++) {
@@ -618,7 +662,7 @@ EX_UNUSED static bool course_slabs_meet(
 }
 
 /* [bounds] */
-/* What all rays of a packet have in common: intervals of their origins, reciprocal directions, and depths. */
+/* Bounds that hold for all rays of a packet: intervals of the origins, reciprocal directions and depths. */
 typedef struct course_bounds {
   float o_lo[3], o_hi[3], r_lo[3], r_hi[3]; /* r as in course_slabs */
   float first, last, pad;                   /* the least first; the largest last, the largest pad */

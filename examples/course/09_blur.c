@@ -33,7 +33,7 @@ static void effects(pktrt_path path) {
     figure(names[with], "dropped", "intervals", "%.1f", by_intervals);
     figure(names[with], "dropped", "rays", "%.1f", by_rays);
   }
-  write_enlarged(&strip, 2, 16, "out/course/09_effects.png"); /* the same bits from both paths */
+  write_enlarged(&strip, 2, 18, "out/course/09_effects.png"); /* the same bits from both paths */
   free(strip.pixel);
 }
 

@@ -87,6 +87,8 @@ int main(void) {
   print_table("box tests per ray", "boxes", got, 0);
   print_table("triangle tests per ray", "triangles", got, 1);
   print_table("vector tests per ray", "vectors", got, 2);
+  const uint32_t neither = ALL - PKTRT_PAPER_STEP_TRIM - PKTRT_PAPER_STEP_LEAF_BOXES; /* for instructors.md */
+  course_figure("triangles.neither.16", "%.1f", run(library, &room, 16, neither, pixels[1]).triangles);
   course_figure("trimming.saves", "%.1f", vectors(&got[4][3]) - vectors(&got[0][3]));
   course_make_folder();
   if (!draw_steps(got) || !svg_begin(&s, "out/course/06_figure6.svg", 720, 255)) return 1;

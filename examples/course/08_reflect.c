@@ -1,4 +1,4 @@
-/* 08_reflect.c - what becomes of a packet at a mirror, flat or curved.
+/* 08_reflect.c - packets of camera rays after reflection at a flat and at a curved mirror.
 
    Prints how full packets and vectors are by bounce. Makes out/course/08_balls.png, the scene; 08_packets.svg, two packets
    from above, one at a mirror ball and one at a mirror wall; 08_bounces.svg, lanes in use and vector tests by bounce. */
@@ -14,7 +14,7 @@ static void render(pktrt_scene *s, const pktrt_render_desc *d) {
 }
 
 /* [block] */
-/* Of the blocks of 8 x 8 pixels all of whose camera rays hit a mesh, the one from which most rays descend. */
+/* Returns the block of 8 x 8 pixels from which most rays descend, among the blocks all of whose camera rays hit a mesh. */
 static uint32_t block_that_hits(const pktrt_scene *s, const reflect_log *log, uint32_t mesh) {
   uint32_t hitting[BLOCKS * BLOCKS] = {0}, rays[BLOCKS * BLOCKS] = {0}, best = 0;
   for (uint32_t i = 0; i < log->n; i++) {

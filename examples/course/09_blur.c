@@ -1,7 +1,7 @@
-/* Chapter 9: a lens, a shutter, a lamp with a size, a lobe: what each of them adds to a picture, and what it costs.
+/* Chapter 9: a lens, a shutter, a lamp with a size and a lobe: their pictures, and their costs.
 
-   Prints rays and tests by effect, and the price of motion with boxes that move and with such as hold all of it. Makes
-   out/course/09_effects.png and out/course/09_cost.png. */
+   Prints rays and tests by effect, and the tests of boxes that move and of united boxes. Makes out/course/09_effects.png
+   and out/course/09_cost.png. */
 #define PKTRT_IMPLEMENTATION
 #include "09_scene.h"
 
@@ -38,7 +38,7 @@ static void effects(pktrt_path path) {
 }
 
 /* [branching] */
-/* Counts what it costs to follow both ways at glass, and what to choose one. */
+/* Counts the reflected and refracted rays if both ways are followed at glass, and if one is chosen. */
 static void branching(void) {
   static vec pixels[WIDTH * HEIGHT];
   pktrt_scene *scene = make_scene(IDEAL, ALL_REFLECT);
@@ -57,7 +57,7 @@ static void branching(void) {
 /* [end] */
 
 /* [united] */
-/* Makes each box hold what passes through it while the shutter is open, as the paper's boxes do. */
+/* Makes each box hold its contents at all times while the shutter is open, as the paper's boxes do. */
 static void unite(pktrt_node *node, const pktrt_node *end) {
   for (int k = 0; k < 8; k++)
     for (int a = 0; a < 3; a++) {
@@ -68,7 +68,7 @@ static void unite(pktrt_node *node, const pktrt_node *end) {
 /* [end] */
 
 /* [walk] */
-/* Counts the boxes that a ray is tested against in a tree, if it knows from the beginning where it ends. */
+/* Counts the boxes that a ray is tested against in a tree, if the end of the ray is known from the beginning. */
 static uint32_t walk(const pktrt_scene *scene, uint32_t tree, const pktrt_ray *ray, bool united) {
   uint32_t stack[256], n = 1, tests = 0;
   stack[0] = 0;
@@ -87,8 +87,8 @@ static uint32_t walk(const pktrt_scene *scene, uint32_t tree, const pktrt_ray *r
 }
 /* [end] */
 
-/* Maps of what camera rays cost while the shutter is open: all boxes, as the library counts them; those of the tree that
-   moves, as they move; these united. */
+/* Makes maps of the boxes that camera rays are tested against while the shutter is open: all boxes, as the library counts
+   them; the boxes of the tree that moves, as they move; the united boxes of this tree. */
 static void cost(void) {
   enum { RAYS = 4 };
   static float boxes[3][WIDTH * HEIGHT];

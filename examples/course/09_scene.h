@@ -11,11 +11,11 @@ static void fail(const pktrt_scene *scene) {
   exit(1);
 }
 
-/* Which parts of the scene reflect: all of them, the ball of glass alone, or the ring and the coated knot alone. */
-typedef enum reflecting { ALL_REFLECT, BALL_REFLECTS, METAL_REFLECTS } reflecting;
+/* Which parts of the scene reflect: all of them, the ball of glass alone, the ring and the coated knot, or ball and knot. */
+typedef enum reflecting { ALL_REFLECT, BALL_REFLECTS, METAL_REFLECTS, RING_MATTE } reflecting;
 
 /* [motion] */
-/* Adds a part of the scene. What moves has its positions twice: those of time 0, and those of time 1. */
+/* Adds a part of the scene. A part that moves has its positions twice: for time 0, and for time 1. */
 static void add_part(
     pktrt_scene *scene, const course_scene *s, uint32_t first, uint32_t last, uint32_t material, vec step) {
   vec *positions = (vec *)course_memory(2 * s->vertices, sizeof *positions);
@@ -32,7 +32,7 @@ static void add_part(
 }
 /* [end] */
 
-/* The course's scene in parts: uneven ground, a knot that moves, a ring of metal, a ball of glass. */
+/* Makes the course's scene in parts: uneven ground, a knot that moves, a ring of metal, a ball of glass. */
 static pktrt_scene *make_scene(effect with, reflecting parts) {
   enum { GROUND = 512, KNOT = 2048, RING = 2832 }; /* where the triangles of a part end */
   course_scene s = course_scene_make();
@@ -53,6 +53,7 @@ static pktrt_scene *make_scene(effect with, reflecting parts) {
     materials[1].specular = PKTRT_SPECULAR_NONE;
     materials[2].specular = PKTRT_SPECULAR_NONE;
   }
+  if (parts == RING_MATTE) materials[2].specular = PKTRT_SPECULAR_NONE;
   if (parts == METAL_REFLECTS) materials[3].specular = PKTRT_SPECULAR_NONE;
 
   const vec still = {{0, 0, 0}}, step = {{-0.6f, 0.3f, 0.6f}};
@@ -67,7 +68,7 @@ static pktrt_scene *make_scene(effect with, reflecting parts) {
 }
 
 /* [camera] */
-/* Every effect has one number that switches it on, and the middle of what it spreads where it is off. */
+/* Returns the camera. Each effect has one number that switches it on; without it the middle of its range is used. */
 static pktrt_camera make_camera(effect with) {
   const pktrt_camera camera = {.eye = {2.7f, 4.1f, 7.3f},
       .target = {0.1f, 1.2f, -0.1f},
@@ -132,18 +133,18 @@ static pktrt_stats count(effect with, reflecting parts, pktrt_path path, float *
   return stats;
 }
 
-/* Prints what reflected rays cost if only the ball reflects, and if only the ring and the knot do. */
+/* Prints box tests per reflected ray if some parts of the scene do not reflect. */
 static void reflections(void) {
   static vec pixels[WIDTH * HEIGHT];
-  static const char *const parts_names[] = {"all", "ball", "metal"};
-  for (int parts = BALL_REFLECTS; parts <= METAL_REFLECTS; parts++)
+  static const char *const parts_names[] = {"all", "ball", "metal", "matte-ring"};
+  for (int parts = BALL_REFLECTS; parts <= RING_MATTE; parts++)
     for (int with = IDEAL; with < EFFECTS; with++) {
       if (with == LAMP || (parts == BALL_REFLECTS && with != IDEAL)) continue;
       for (int paper = with == IDEAL ? 0 : 1; paper < 2; paper++) {
         const pktrt_path path = paper ? PKTRT_PATH_PAPER : PKTRT_PATH_SINGLE;
         const pktrt_stats stats = count((effect)with, (reflecting)parts, path, pixels[0].at, 0);
-        figure(
-            parts_names[parts], names[with], paper ? "packets" : "alone", "%.0f", boxes(&stats, PKTRT_RAY_REFLECTION));
+        figure(parts_names[parts], names[with], paper ? "packets" : "alone", parts == RING_MATTE ? "%.1f" : "%.0f",
+            boxes(&stats, PKTRT_RAY_REFLECTION));
       }
     }
 }

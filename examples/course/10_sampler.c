@@ -156,6 +156,7 @@ int main(void) {
         report.rmse_high);
     figure("passes", 1u << 2 * k, "true", "%.5f", passes[k]);
     figure("passes", 1u << 2 * k, "estimate", "%.5f", estimate[k]);
+    figure("passes", 1u << 2 * k, "loss", "%.2f", passes[k] / error[PKTRT_SAMPLER_SOBOL][k]);
     figure("passes", 1u << 2 * k, "low", "%.5f", report.rmse_low);
     figure("passes", 1u << 2 * k, "high", "%.5f", report.rmse_high);
   }

@@ -73,6 +73,7 @@ static const char *check(void) {
     }
   }
   printf("The library's packets for %d other sets of sixteen, by runs and by groups.\n", OTHERS);
+  course_figure("sets", "%d", OTHERS);
   return NULL;
 }
 

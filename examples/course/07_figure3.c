@@ -65,8 +65,24 @@ static void draw_panel(svg *s, double left, double top, const char *name, const 
   }
 }
 
+/* Prints how many rays of each type the sixteen rays send out, and how many packets each assembly makes. */
+static void print_figures(const uint32_t packets[ASSEMBLIES]) {
+  static const char *const types[PKTRT_RAY_TYPE_COUNT] = {"primary", "shadow", "reflected", "refracted", "other"};
+  static const char *const names[ASSEMBLIES] = {"none", "runs", "groups", "types", "octants", "blind"};
+  uint32_t all = 0;
+  for (int type = PKTRT_RAY_SHADOW; type <= PKTRT_RAY_REFRACTION; type++) {
+    uint32_t rays = 0;
+    for (uint32_t i = 0; i < FIGURE_RAYS; i++) rays += figure_sends(FIGURE_MET[i], (pktrt_ray_type)type) ? 1 : 0;
+    course_figure(types[type], "%u", (unsigned)rays);
+    all += rays;
+  }
+  course_figure("rays", "%u", (unsigned)all);
+  for (int k = 0; k < ASSEMBLIES; k++) course_figure(names[k], "%u", (unsigned)packets[k]);
+}
+
 int main(void) {
   static figure_log log;
+  uint32_t packets[ASSEMBLIES];
   uint32_t place[FIGURE_RAYS];
   char text[1024];
   svg s;
@@ -80,6 +96,7 @@ int main(void) {
   /* [main] */
   for (int k = 0; k < ASSEMBLIES; k++) {
     figure_trace(FIGURE_MET, place, assemblies[k].assembly, &log);
+    packets[k] = log.count;
     uint32_t rays = 0;
     for (uint32_t i = 0; i < log.count; i++) rays += log.packet[i].n;
     printf("\n%s, %u rays in %u packet%s:\n  %s\n", assemblies[k].name, (unsigned)rays, (unsigned)log.count,
@@ -87,5 +104,6 @@ int main(void) {
     draw_panel(&s, k % 2 * 430, k / 2 * 180, assemblies[k].name, &log);
   }
   /* [end] */
+  print_figures(packets);
   return !svg_end(&s);
 }

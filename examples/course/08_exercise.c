@@ -8,7 +8,7 @@
    order[end[k-1]] to order[end[k]-1], the first one those from order[0] on. Returns how many packets there are. Both
    arrays have room for n numbers.
 
-   What the check asks for: a fifth fewer vector tests than the library's ray types need in packets of 8 x 8 pixels. You
+   What the check asks for: a sixth fewer vector tests than the library's ray types need in packets of 8 x 8 pixels. You
    know of a ray where it starts, where it goes, of which type it is and to which pixel it belongs; you do not know what
    it will hit. What do two rays share that visit the same nodes? (Eight lanes make a vector: take multiples of eight.) */
 uint32_t reflect_assemble(const reflect_ray *rays, uint32_t n, uint32_t *order, uint32_t *end) {

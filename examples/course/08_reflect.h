@@ -7,6 +7,9 @@
 
 enum { REFLECT_SIZE = 128, REFLECT_DEPTH = 8 };
 
+/* The exercise: at most this share of the vector tests that the library's ray types need in the same run. */
+#define REFLECT_SHARE (5.0 / 6)
+
 /* [ray] */
 typedef struct reflect_ray {
   float origin[3], direction[3];
@@ -128,11 +131,21 @@ typedef struct reflect_log { /* all rays of a picture, packet by packet as the l
 /* [log] */
 EX_UNUSED static void reflect_log_packet(void *user, const pktrt_packet *p) {
   reflect_log *log = (reflect_log *)user;
-  if (log->n + p->n > log->room) ex_fail("more rays than there is room for"), exit(1);
+  if (log->n + p->n > log->room) {
+    ex_fail("more rays than there is room for");
+    exit(1);
+  }
   for (uint32_t i = 0; i < p->n; i++) {
     reflect_ray *to = &log->ray[log->n++];
-    for (int a = 0; a < 3; a++) to->origin[a] = p->origin[a][i], to->direction[a] = p->direction[a][i];
-    to->type = p->type, to->depth = p->depth, to->x = p->x[i], to->y = p->y[i], to->sample = p->sample[i];
+    for (int a = 0; a < 3; a++) {
+      to->origin[a] = p->origin[a][i];
+      to->direction[a] = p->direction[a][i];
+    }
+    to->type = p->type;
+    to->depth = p->depth;
+    to->x = p->x[i];
+    to->y = p->y[i];
+    to->sample = p->sample[i];
   }
   log->end[log->packets++] = log->n;
 }
@@ -155,8 +168,11 @@ EX_UNUSED static uint64_t reflect_trace(const pktrt_scene *s, const reflect_ray 
   pktrt_hit hit[256];
   pktrt_stats stats;
   pktrt_query_desc query;
-  memset(&stats, 0, sizeof stats), memset(&query, 0, sizeof query);
-  query.path = PKTRT_PATH_PAPER, query.stats = &stats;
+  memset(&stats, 0, sizeof stats);
+  memset(&query, 0, sizeof query);
+  query.path = PKTRT_PATH_PAPER;
+  query.stats = &stats;
+
   for (uint32_t k = 0, begin = 0; k < packets; begin = end[k++]) {
     const uint32_t n = query.packet_size = end[k] - begin;
     for (uint32_t i = 0; i < n; i++) {

@@ -1,57 +1,63 @@
-/* Chapter 9: a lens, a shutter, a lamp with a size, a lobe: what each of them adds to a picture, and what it costs.
+/* Chapter 9: a lens, a shutter, a lamp with a size and a lobe: their pictures, and their costs.
 
-   Prints rays and tests by effect, and the price of motion with boxes that move and with such as hold all of it. Makes
-   out/course/09_effects.png and out/course/09_cost.png. */
+   Prints rays and tests by effect, and the tests of boxes that move and of united boxes. Makes out/course/09_effects.png
+   and out/course/09_cost.png. */
 #define PKTRT_IMPLEMENTATION
 #include "09_scene.h"
 
-/* Renders with one effect after the other. */
+/* Renders with one effect after the other, and prints and draws the results. */
 static void effects(pktrt_path path) {
+  static const char *const types[4] = {"primary", "shadow", "reflected", "refracted"};
+  const char *how = path == PKTRT_PATH_PAPER ? "packets" : "alone";
+  pktrt_stats stats[EFFECTS];
   course_picture strip = course_picture_make(EFFECTS * WIDTH, HEIGHT);
   printf("%s: rays per sample, and tests of boxes per primary, shadow, reflected and refracted ray\n",
       path == PKTRT_PATH_PAPER ? "packets of a pixel's rays" : "rays alone");
+
   for (int with = IDEAL; with < EFFECTS; with++) {
-    pktrt_stats stats = {0};
-    pktrt_render_desc view = {.pixels = strip.pixel[with * WIDTH].at, .row_stride = 3 * EFFECTS * WIDTH};
-    pktrt_scene *scene = make_scene((effect)with);
-    double rays = 0, boxes[4];
-    view.samples = SAMPLES, view.path = path, view.stats = &stats;
-    render(scene, &view, (effect)with);
-    pktrt_scene_destroy(scene);
-    for (int t = 0; t < 4; t++) {
-      const pktrt_counts *c = &stats.by_type[t];
-      boxes[t] = (double)c->box_tests / (double)c->rays, rays += (double)c->rays;
-    }
-    printf("  %-8s %.2f  %5.1f %5.1f %5.1f %5.1f\n", names[with], rays / (double)stats.samples, boxes[0], boxes[1],
-        boxes[2], boxes[3]);
-    const pktrt_counts *primary = &stats.by_type[PKTRT_RAY_PRIMARY];
-    if (path == PKTRT_PATH_PAPER && with <= LENS)
-      printf("    children that a primary packet drops: %.1f by intervals, %.1f ray by ray\n",
-          (double)primary->interval_culls / (double)primary->packets,
-          (double)primary->ray_culls / (double)primary->packets);
+    const pktrt_stats *s = &stats[with];
+    stats[with] = count((effect)with, ALL_REFLECT, path, strip.pixel[with * WIDTH].at, 3 * EFFECTS * WIDTH);
+    double rays = 0;
+    for (int t = 0; t < 4; t++) rays += (double)s->by_type[t].rays;
+    printf("  %-8s %.2f  %5.1f %5.1f %5.1f %5.1f\n", names[with], rays / (double)s->samples,
+        boxes(s, PKTRT_RAY_PRIMARY), boxes(s, PKTRT_RAY_SHADOW), boxes(s, PKTRT_RAY_REFLECTION),
+        boxes(s, PKTRT_RAY_REFRACTION));
+    figure(names[with], how, "rays", "%.2f", rays / (double)s->samples);
+    for (int t = 0; t < 4; t++) figure(names[with], how, types[t], "%.1f", boxes(s, (pktrt_ray_type)t));
+    if (path != PKTRT_PATH_PAPER || with > LENS) continue;
+
+    const pktrt_counts *primary = &s->by_type[PKTRT_RAY_PRIMARY];
+    const double by_intervals = (double)primary->interval_culls / (double)primary->packets;
+    const double by_rays = (double)primary->ray_culls / (double)primary->packets;
+    printf("    children that a primary packet drops: %.1f by intervals, %.1f ray by ray\n", by_intervals, by_rays);
+    figure(names[with], "dropped", "intervals", "%.1f", by_intervals);
+    figure(names[with], "dropped", "rays", "%.1f", by_rays);
   }
-  course_picture_write(&strip, "out/course/09_effects.png"); /* the same bits from both paths */
+  write_enlarged(&strip, 2, 18, "out/course/09_effects.png"); /* the same bits from both paths */
+  free(strip.pixel);
 }
 
 /* [branching] */
-/* Counts what it costs to follow both ways at glass, and what to choose one. */
+/* Counts the reflected and refracted rays if both ways are followed at glass, and if one is chosen. */
 static void branching(void) {
   static vec pixels[WIDTH * HEIGHT];
-  pktrt_scene *scene = make_scene(IDEAL);
+  pktrt_scene *scene = make_scene(IDEAL, ALL_REFLECT);
   for (int b = PKTRT_BRANCHING_BOTH; b <= PKTRT_BRANCHING_CHOOSE; b++) {
     pktrt_stats stats = {0};
     pktrt_render_desc view = {.pixels = pixels[0].at, .samples = 4, .stats = &stats, .branching = (pktrt_branching)b};
     render(scene, &view, IDEAL);
-    const pktrt_counts *count = stats.by_type;
+    const uint64_t rays = stats.by_type[PKTRT_RAY_REFLECTION].rays + stats.by_type[PKTRT_RAY_REFRACTION].rays;
+    const double per_sample = (double)rays / (double)stats.samples;
     printf("%s: reflected and refracted rays per sample %.2f\n", b == PKTRT_BRANCHING_BOTH ? "both ways" : "one way",
-        (double)(count[PKTRT_RAY_REFLECTION].rays + count[PKTRT_RAY_REFRACTION].rays) / (double)stats.samples);
+        per_sample);
+    course_figure(b == PKTRT_BRANCHING_BOTH ? "both-ways" : "one-way", "%.2f", per_sample);
   }
   pktrt_scene_destroy(scene);
 }
 /* [end] */
 
 /* [united] */
-/* Makes each box hold what passes through it while the shutter is open, as the paper's boxes do. */
+/* Makes each box hold its contents at all times while the shutter is open, as the paper's boxes do. */
 static void unite(pktrt_node *node, const pktrt_node *end) {
   for (int k = 0; k < 8; k++)
     for (int a = 0; a < 3; a++) {
@@ -61,18 +67,8 @@ static void unite(pktrt_node *node, const pktrt_node *end) {
 }
 /* [end] */
 
-/* For counting only: no margin for rounding, and no care for zeros in the direction. */
-static bool meets_box(const pktrt_ray *ray, const float lo[3], const float hi[3]) {
-  float in = ray->tmin, out = ray->tmax;
-  for (int a = 0; a < 3; a++) {
-    const float t0 = (lo[a] - ray->origin[a]) / ray->direction[a], t1 = (hi[a] - ray->origin[a]) / ray->direction[a];
-    in = fmaxf(in, fminf(t0, t1)), out = fminf(out, fmaxf(t0, t1));
-  }
-  return in <= out;
-}
-
 /* [walk] */
-/* Counts the boxes that a ray is tested against in a tree, if it knows from the beginning where it ends. */
+/* Counts the boxes that a ray is tested against in a tree, if the end of the ray is known from the beginning. */
 static uint32_t walk(const pktrt_scene *scene, uint32_t tree, const pktrt_ray *ray, bool united) {
   uint32_t stack[256], n = 1, tests = 0;
   stack[0] = 0;
@@ -91,14 +87,14 @@ static uint32_t walk(const pktrt_scene *scene, uint32_t tree, const pktrt_ray *r
 }
 /* [end] */
 
-/* Maps of what camera rays cost while the shutter is open: all boxes, as the library counts them; those of the tree that
-   moves, as they move; these united. */
+/* Makes maps of the boxes that camera rays are tested against while the shutter is open: all boxes, as the library counts
+   them; the boxes of the tree that moves, as they move; the united boxes of this tree. */
 static void cost(void) {
   enum { RAYS = 4 };
   static float boxes[3][WIDTH * HEIGHT];
   double mean[3] = {0};
   course_picture map = course_picture_make(3 * WIDTH, HEIGHT);
-  pktrt_scene *scene = make_scene(EFFECTS); /* without a lamp: no shadow rays */
+  pktrt_scene *scene = make_scene(EFFECTS, ALL_REFLECT); /* without a lamp: no shadow rays */
   const pktrt_camera camera = make_camera(SHUTTER);
   const pktrt_sampling sampling = {.samples = RAYS};
   pktrt_render_desc view = {.pixels = map.pixel[0].at,
@@ -127,15 +123,23 @@ static void cost(void) {
   for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) {
     const int k = i / WIDTH % 3;
     const float value = boxes[k][i / (3 * WIDTH) * WIDTH + i % WIDTH];
-    map.pixel[i] = course_heat(value / 100), mean[k] += (double)value / WIDTH / HEIGHT;
+    map.pixel[i] = course_heat(value / 100);
+    mean[k] += (double)value / WIDTH / HEIGHT;
   }
   printf("boxes per camera ray: all %.1f; of the knot, if it knew its end: moving %.1f, united %.1f\n", mean[0],
       mean[1], mean[2]);
+  course_figure("cost.all", "%.1f", mean[0]);
+  course_figure("cost.moving", "%.1f", mean[1]);
+  course_figure("cost.united", "%.1f", mean[2]);
   pktrt_scene_destroy(scene);
-  course_picture_write(&map, "out/course/09_cost.png");
+  write_enlarged(&map, 3, 0, "out/course/09_cost.png");
 }
 
 int main(void) {
-  effects(PKTRT_PATH_SINGLE), effects(PKTRT_PATH_PAPER), branching(), cost();
+  effects(PKTRT_PATH_SINGLE);
+  effects(PKTRT_PATH_PAPER);
+  reflections();
+  branching();
+  cost();
   return 0;
 }

@@ -124,6 +124,9 @@ static const char *check_boxes(void) {
   const unsigned careless = count_escapes(careless_box, false);
   printf("boxes that forget rounding lose %u of %d coordinates, 9 of each of %d triangles: the check sees it\n",
       careless, 9 * TRIALS, TRIALS);
+  course_figure("triangles", "%d", TRIALS);
+  course_figure("careless.boxes", "%u", careless);
+  course_figure("coordinates", "%d", 9 * TRIALS);
   if (careless == 0) return "the control passes: careless boxes lose nothing here";
   const unsigned escapes = count_escapes(box_at, true);
   if (escapes) return "a box does not hold what moves";
@@ -245,6 +248,9 @@ static const char *check_glass(void) {
   const int mine = count_wrong(scene, radiance_of_one, true, &branching);
   const bool deep = check_depth(scene);
   printf("choosing evenly is wrong for %d of %d rays: the check sees it\n", careless, PLACES);
+  course_figure("careless.places", "%d", careless);
+  course_figure("places", "%d", PLACES);
+  course_figure("estimates", "%d", WALKS);
   pktrt_scene_destroy(scene);
   if (careless == 0) return "the control passes: choosing evenly is right here";
   if (branching) return "an estimate traces more rays than one for each surface";

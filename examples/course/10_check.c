@@ -150,6 +150,7 @@ static const char *check(pktrt_scene *scene) {
   const double slope = smooth_slope(own_sample), slope_random = smooth_slope(random_sample);
   printf("slope of errors on a smooth function: yours %.2f, random %.2f, wanted %.2f or less\n", slope, slope_random,
       -0.9);
+  course_figure("slope.random", "%.2f", slope_random);
   if (slope_random <= -0.9) return "the control passes: random samples are as good here";
   if (!(slope <= -0.9)) return "errors fall too slowly";
   if (!fills_squares()) return "dimensions are not independent of each other";
@@ -163,6 +164,7 @@ static const char *check(pktrt_scene *scene) {
   printf(
       "RMSE of a picture: yours %.5f, Sobol' points %.5f, random %.5f: %.2f and %.2f of Sobol's, wanted 1.3 or less\n",
       mine, sobol, random, mine / sobol, random / sobol);
+  course_figure("random-over-sobol", "%.2f", random / sobol);
   if (random <= 1.3 * sobol) return "the control passes: random samples are as good in this picture";
   return mine <= 1.3 * sobol ? NULL : "the picture is too noisy";
 }

@@ -1,11 +1,11 @@
 /* A solution of exercise 1. */
 #include "course.h"
 
-/* Returns true if a triangle of the scene lies between a point of a surface and a light.
+/* Returns true if a triangle of the scene lies between a point of a surface and a lamp.
 
    point    where a ray hit the surface, rounded to floats
-   normal   the unit normal on the side of the surface that faces the light
-   light    the position of the light
+   normal   the unit normal on the side of the surface that faces the lamp
+   light    the position of the lamp
 
    The ray must not hit the surface that it leaves, so the ray begins 0.001 off the point, along the normal. The ray
    goes from there (not from the point) to the light and reaches the light at t = 1: a triangle behind the light casts

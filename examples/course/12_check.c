@@ -197,7 +197,10 @@ static bool judge_disk(void (*mapping)(const float u[2], float out[2]), bool alo
     return false;
   }
 
-  if (aloud) printf("disk: %d points are the library's\n", STEPS * STEPS);
+  if (aloud) {
+    printf("disk: %d points are the library's\n", STEPS * STEPS);
+    course_figure("disk.points", "%d", STEPS * STEPS);
+  }
   return true;
 }
 

@@ -13,6 +13,14 @@ float lobe_above(const float u[2], const float axis[3], const float normal[3], f
    of unit length, and returns the ray's weight; 0: the ray is lost. */
 typedef float lobe_mapping(const float u[2], const float axis[3], const float normal[3], float exponent, float out[3]);
 
+/* Prints the figure `name.kind.what`. */
+EX_UNUSED static void mapping_figure(
+    const char *name, const char *kind, const char *what, const char *format, double value) {
+  char full_name[64];
+  snprintf(full_name, sizeof full_name, "%s.%s.%s", name, kind, what);
+  course_figure(full_name, format, value);
+}
+
 /* >>frame ---------------------------------------------------------------------------------------------------------- */
 
 EX_UNUSED static double mapping_dot(const float a[3], const float b[3]) {
@@ -188,11 +196,15 @@ EX_UNUSED static disk_measure disk_measure_of(void (*mapping)(const float u[2], 
   return measure;
 }
 
-/* Prints the measure of a mapping to the disk. */
-EX_UNUSED static void disk_measure_print(void (*mapping)(const float u[2], float out[2]), const char *name) {
+/* Prints the measure of a mapping to the disk, with the figures `disk.name` and so on; returns the measure. */
+EX_UNUSED static disk_measure disk_measure_print(void (*mapping)(const float u[2], float out[2]), const char *name) {
   const disk_measure m = disk_measure_of(mapping);
   printf("disk, %s: samples of a packet at most %.3f apart (mean), %.3f (the widest packet); neighbours %.3f\n", name,
       m.mean, m.most, m.step);
+  mapping_figure("disk", name, "mean", "%.3f", m.mean);
+  mapping_figure("disk", name, "most", "%.3f", m.most);
+  mapping_figure("disk", name, "step", "%.3f", m.step);
+  return m;
 }
 
 /* What a mapping does to a grid of samples, all of which leave one point of a surface. */
@@ -263,8 +275,8 @@ EX_UNUSED static lobe_measure lobe_measure_of(
   return measure;
 }
 
-/* Prints the measure of a mapping for an axis that is so many degrees off the normal. */
-EX_UNUSED static void lobe_measure_print(lobe_mapping *mapping, float degrees, float exponent) {
+/* Prints the measure of a mapping for an axis that is so many degrees off the normal; returns the measure. */
+EX_UNUSED static lobe_measure lobe_measure_print(lobe_mapping *mapping, float degrees, float exponent) {
   float axis[3];
   float normal[3];
   mapping_slanted(degrees, axis, normal);
@@ -272,10 +284,16 @@ EX_UNUSED static void lobe_measure_print(lobe_mapping *mapping, float degrees, f
   const lobe_measure m = lobe_measure_of(mapping, axis, normal, exponent);
   printf("%u of %d rays active, at least %u of a packet; cones %.1f degrees, the widest %.1f; neighbours %.1f\n",
       (unsigned)m.active, GRID_SAMPLES, (unsigned)m.least, m.cone, m.widest, m.step);
+  return m;
 }
 
-/* Traces packets of 64 on the paper's path. Prints tests per ray. */
-EX_UNUSED static void mapping_trace(const pktrt_scene *library, const course_ray *rays, uint32_t n) {
+/* The tests of a ray, on average. */
+typedef struct mapping_tests {
+  double boxes, triangles;
+} mapping_tests;
+
+/* Traces packets of 64 on the paper's path. Prints tests per ray, and returns them. */
+EX_UNUSED static mapping_tests mapping_trace(const pktrt_scene *library, const course_ray *rays, uint32_t n) {
   pktrt_stats *stats = (pktrt_stats *)course_memory(1, sizeof *stats);
   const pktrt_query_desc query = {.path = PKTRT_PATH_PAPER, .packet_size = PACKET, .stats = stats};
   pktrt_ray *ray = (pktrt_ray *)course_memory(n, sizeof *ray);
@@ -284,8 +302,9 @@ EX_UNUSED static void mapping_trace(const pktrt_scene *library, const course_ray
   pktrt_intersect_ex(library, &query, ray, hit, n);
 
   const pktrt_counts *count = &stats->by_type[PKTRT_RAY_PRIMARY];
-  printf("%.2f boxes and %.2f triangles tested per ray\n", (double)count->box_tests / n,
-      (double)count->triangle_tests / n);
+  const mapping_tests tests = {(double)count->box_tests / n, (double)count->triangle_tests / n};
+  printf("%.2f boxes and %.2f triangles tested per ray\n", tests.boxes, tests.triangles);
+  return tests;
 }
 
 #endif

@@ -158,6 +158,7 @@ static const char *check_boxes(void) {
   printf(
       "%u boxes, three axes each: %u lose corners, %u more lose corners by rounding, %u are larger than they may be\n",
       (unsigned)mine.cases, (unsigned)mine.lost, (unsigned)mine.rounded, (unsigned)mine.large);
+  course_figure("boxes", "%u", (unsigned)mine.cases);
   printf("control: without a margin %u lose corners by rounding; boxes over the whole time: %u are too large\n",
       (unsigned)careless.rounded, (unsigned)whole.large);
   if (!careless.rounded || careless.lost || !whole.large) return "the control fails: the check of boxes sees nothing";
@@ -349,6 +350,7 @@ static const char *check_hits(
   const course_tally control = compare_hits(scene, stale, library, careless_box, false);
   course_tally mine = compare_hits(scene, tree, library, motion_box, true);
   course_tally_print(&mine);
+  course_figure("rays", "%u", (unsigned)mine.rays);
   printf("control: in the tree before the refit %u of %u rays find another hit\n", (unsigned)control.different,
       (unsigned)control.rays);
   pktrt_scene_destroy(library);

@@ -4,40 +4,67 @@
 
 #include "14_motion.h"
 
-/* Counts coordinates at rest that are rounded to another float, and coordinates that another formula rounds to another
-   float; prints how far the knot shrinks on its straight ways. */
-EX_UNUSED static void measure_vertices(void) {
-  const motion_scene things = motion_things(COURSE_TURN / 6);
-  uint32_t differ = 0, count = 0, off = 0, still = 0;
+/* Prints the figure `name.kind.what`. */
+EX_UNUSED static void measure_figure(
+    const char *name, const char *kind, const char *what, const char *format, double value) {
+  char full_name[64];
+  snprintf(full_name, sizeof full_name, "%s.%s.%s", name, kind, what);
+  course_figure(full_name, format, value);
+}
+
+/* Prints how far the knot shrinks on its straight ways if it turns by so many radians. */
+EX_UNUSED static void measure_shrinking(double turn, const char *key) {
+  const motion_scene things = motion_things(turn);
   double before = 0, halfway = 0;
 
   for (uint32_t i = MOTION_KNOT; i < MOTION_RING; i++) {
-    const vec p = things.at[0].position[i], q = things.at[1].position[i], now = motion_vertex(&things, i, 0.3f);
-    const vec other = vec_add(p, vec_scale(vec_sub(q, p), 0.3f)), half = motion_vertex(&things, i, 0.5f);
-    for (int axis = 0; axis < 3; axis++) differ += now.at[axis] != other.at[axis];
-    count += 3;
+    const vec p = things.at[0].position[i], half = motion_vertex(&things, i, 0.5f);
     before += hypot((double)p.at[0] + 1.2, (double)p.at[2] + 0.2);
     halfway += hypot((double)half.at[0] + 1.2, (double)half.at[2] + 0.2);
+  }
+
+  printf("the knot turns by %.0f degrees: distance from its axis at time 1/2: %.3f of that at time 0\n",
+      360 * turn / COURSE_TURN, halfway / before);
+  measure_figure("turn", key, "distance", "%.3f", halfway / before);
+}
+
+/* Counts coordinates at rest that are rounded to another float, and coordinates that another formula rounds to another
+   float. */
+EX_UNUSED static void measure_vertices(void) {
+  const motion_scene things = motion_things(COURSE_TURN / 6);
+  uint32_t differ = 0, count = 0, off = 0, still = 0;
+
+  for (uint32_t i = MOTION_KNOT; i < MOTION_RING; i++) {
+    const vec p = things.at[0].position[i], q = things.at[1].position[i], now = motion_vertex(&things, i, 0.3f);
+    const vec other = vec_add(p, vec_scale(vec_sub(q, p), 0.3f));
+    for (int axis = 0; axis < 3; axis++) differ += now.at[axis] != other.at[axis];
+    count += 3;
   }
 
   for (uint32_t i = MOTION_BALL; i < things.at[0].vertices; i++)
     for (int axis = 0; axis < 3; axis++) {
       const float rest = things.at[0].position[i].at[axis], now = motion_vertex(&things, i, 0.1f).at[axis];
-      if (now != rest && !off++)
-        printf("a coordinate at rest: %.9g at both keys, %.9g at time 0.1\n", (double)rest, (double)now);
       still++;
+      if (now == rest || off++) continue;
+      printf("a coordinate at rest: %.9g at both keys, %.9g at time 0.1\n", (double)rest, (double)now);
+      course_figure("rest.keys", "%.9g", (double)rest);
+      course_figure("rest.between", "%.9g", (double)now);
     }
 
   printf(
       "vertices of the ball, at rest: of %u coordinates %u are other floats at time 0.1 than at time 0\n", still, off);
   printf("vertices of the knot: of %u coordinates at time 0.3 the two formulas round %u to different floats\n", count,
       differ);
-  printf("  distance from its axis at time 1/2: %.3f of that at time 0\n", halfway / before);
+  course_figure("rest.coordinates", "%u", still);
+  course_figure("rest.differ", "%u", off);
+  course_figure("knot.coordinates", "%u", count);
+  course_figure("knot.differ", "%u", differ);
 }
 
-/* Prints the areas of boxes at time 1/2, relative to boxes around the triangles as they are then. */
-EX_UNUSED static void measure_areas(void) {
-  const motion_scene things = motion_things(COURSE_TURN / 6);
+/* Prints the areas of boxes at time 1/2, relative to boxes around the triangles as they are then. The knot turns by so
+   many radians. */
+EX_UNUSED static void measure_areas(double turn, const char *key) {
+  const motion_scene things = motion_things(turn);
   const motion_tree tree = motion_build(&things);
   motion_scene half = things;
   double tight = 0, between = 0, whole = 0;
@@ -45,17 +72,21 @@ EX_UNUSED static void measure_areas(void) {
   for (uint32_t i = 0; i < half.at[0].vertices; i++) half.at[0].position[i] = motion_vertex(&things, i, 0.5f);
 
   for (uint32_t i = 0; i < tree.nodes; i++) {
-    const course_box *key = tree.node[i].key;
+    const course_box *box = tree.node[i].key;
     const course_box middle = {
-        vec_scale(vec_add(key[0].lo, key[1].lo), 0.5f), vec_scale(vec_add(key[0].hi, key[1].hi), 0.5f)};
+        vec_scale(vec_add(box[0].lo, box[1].lo), 0.5f), vec_scale(vec_add(box[0].hi, box[1].hi), 0.5f)};
     tight += (double)course_box_area(motion_range_box(&tree, &half, i, 0));
     between += (double)course_box_area(middle);
-    whole += (double)course_box_area(course_box_grow(key[0], key[1].lo, key[1].hi));
+    whole += (double)course_box_area(course_box_grow(box[0], box[1].lo, box[1].hi));
   }
 
-  printf("areas of %u boxes at time 1/2, by those of boxes around the triangles at that time: interpolated %.2f, whole "
+  printf("the knot turns by %.0f degrees: areas of %u boxes at time 1/2, by those of boxes around the triangles at "
+         "that time: interpolated %.2f, whole "
          "time %.2f\n",
-      tree.nodes, between / tight, whole / tight);
+      360 * turn / COURSE_TURN, tree.nodes, between / tight, whole / tight);
+  measure_figure("turn", key, "boxes", "%.0f", tree.nodes);
+  measure_figure("turn", key, "interpolated", "%.2f", between / tight);
+  measure_figure("turn", key, "whole", "%.2f", whole / tight);
 }
 
 /* [over] */

@@ -10,6 +10,7 @@
 static void kinds(void) {
   enum { KINDS = 4, SHUTTERS = 5, WIDTH = 80, HEIGHT = 60, RAYS = 2 * WIDTH * HEIGHT };
   static const char *const name[KINDS] = {"ray's time", "1/16 of shutter", "open shutter", "whole time"};
+  static const char *const key[KINDS] = {"ray", "sixteenth", "open", "whole"};
   static const double shift[KINDS] = {9, -7, 10, -6};
   static const char *const colour[KINDS] = {"#06c", "#393", "#e80", "#c33"};
   const motion_scene things = motion_things(COURSE_TURN / 6);
@@ -44,6 +45,14 @@ static void kinds(void) {
     printf("boxes of the %s: box tests per ray", name[k]);
     for (int s = 0; s < SHUTTERS; s++) printf(" %.1f", tests[k][s]);
     printf("; leaves %.2f\n", leaves[k][SHUTTERS - 1] / RAYS);
+    measure_figure("kind", key[k], "leaves", "%.2f", leaves[k][SHUTTERS - 1] / RAYS);
+
+    for (int s = 0; s < SHUTTERS; s++) {
+      char what[32];
+      snprintf(what, sizeof what, "%g", (double)s / (SHUTTERS - 1));
+      measure_figure("kind", key[k], what, "%.1f", tests[k][s]);
+    }
+
     chart_curve(&chart, tests[k], SHUTTERS, colour[k], name[k], shift[k]);
   }
 
@@ -51,7 +60,10 @@ static void kinds(void) {
   pktrt_scene_destroy(library);
 }
 
-enum { FRAMES = 13, POLICIES = 3, NEVER = 0, ADVISED, ALWAYS };
+enum { FRAMES = 13, DRAWN = 3, POLICIES = 5, NEVER = 0, ADVISED, ALWAYS, EARLY, LATE };
+
+/* A tree is rebuilt when its cost is more than this many times its cost when it was built. Three policies are drawn. */
+static const double rebuilt_at[POLICIES] = {INFINITY, 1.5, 0, 1.1, 3};
 
 /* What becomes of one policy, frame by frame. */
 typedef struct policy {
@@ -63,10 +75,12 @@ typedef struct policy {
 
 /* Refits a policy's tree to a frame, and rebuilds the tree if the policy says so. */
 static void follow(policy *now, int which, const motion_scene *flakes, int frame) {
+  const double most = rebuilt_at[which] * now->at_build;
+
   if (frame > 0 && which != ALWAYS) {
     now->growths += (double)motion_fit(&now->tree, flakes) / (FRAMES - 1);
     now->cost[frame] = sah_cost(&now->tree);
-    if (which == NEVER || now->cost[frame] <= 1.5 * now->at_build) return;
+    if (now->cost[frame] <= most) return;
   }
 
   now->tree = motion_build(flakes);
@@ -76,11 +90,32 @@ static void follow(policy *now, int which, const motion_scene *flakes, int frame
   now->builds++;
 }
 
-/* Blows flakes away, by height or at random, by three policies; prints and draws costs and tests. */
+/* Prints what has become of a policy, and from how many rays on it pays compared with another, unless that is NULL. */
+static void print_policy(const policy *now, const policy *before, const char *name, const char *wind, const char *key) {
+  const double cost = now->cost[FRAMES - 1], tests = now->tests[FRAMES - 1];
+  printf("  %s: %d builds in %d frames; last frame: cost %.1f, tests %.1f; per frame: tests %.1f, growths %.0f", name,
+      now->builds, FRAMES - 1, cost, tests, now->mean, now->growths);
+  const double rays = before ? (now->growths - before->growths) / (before->mean - now->mean) : 0;
+  if (before) printf("; pays from %.0f rays on", rays);
+  printf("\n");
+
+  measure_figure(wind, key, "builds", "%.0f", now->builds);
+  measure_figure(wind, key, "cost", "%.1f", cost);
+  measure_figure(wind, key, "tests", "%.1f", tests);
+  measure_figure(wind, key, "mean", "%.1f", now->mean);
+  measure_figure(wind, key, "growths", "%.0f", now->growths);
+  if (before) measure_figure(wind, key, "pays", "%.0f", rays);
+}
+
+/* Blows flakes away, by height or at random, by all policies; prints costs and tests, and draws three policies. */
 static void refits(svg *drawing, int wind) {
-  static const char *const name[POLICIES] = {"never rebuilt", "rebuilt at 1.5", "always rebuilt"};
-  static const double shift[POLICIES] = {0, -6, 8};
-  static const char *const colour[POLICIES] = {"#c33", "#e80", "#06c"};
+  static const char *const name[POLICIES] = {
+      "never rebuilt", "rebuilt at 1.5", "always rebuilt", "rebuilt at 1.1", "rebuilt at 3"};
+  static const char *const key[POLICIES] = {"never", "advised", "always", "early", "late"};
+  static const int order[POLICIES] = {ALWAYS, NEVER, ADVISED, EARLY, LATE}; /* the first finds where rays end */
+  static const int compared[POLICIES] = {NEVER, NEVER, ADVISED, NEVER, NEVER};
+  static const double shift[DRAWN] = {0, -6, 8};
+  static const char *const colour[DRAWN] = {"#c33", "#e80", "#06c"};
   static float end[STILL_RAYS];
   policy all[POLICIES] = {0};
   motion_scene flakes = motion_flakes();
@@ -90,7 +125,8 @@ static void refits(svg *drawing, int wind) {
   for (int frame = 0; frame < FRAMES; frame++) {
     motion_blow(&rest, 2.0 * frame / (FRAMES - 1), wind == 1, flakes.at[0].position);
 
-    for (int which = ALWAYS; which >= 0; which--) {
+    for (int i = 0; i < POLICIES; i++) {
+      const int which = order[i];
       policy *now = &all[which];
       follow(now, which, &flakes, frame);
       if (which == ALWAYS) still_tests(&flakes, &now->tree, end, false);
@@ -107,17 +143,16 @@ static void refits(svg *drawing, int wind) {
   printf("%u flakes, wind %s: at rest SAH cost %.1f, box tests per ray %.1f\n", rest.triangles,
       wind ? "at random" : "by height", all[0].cost[0], all[0].tests[0]);
 
+  course_figure("flakes", "%u", rest.triangles);
+  course_figure("flakes.cost", "%.1f", all[0].cost[0]);
+  course_figure("flakes.tests", "%.1f", all[0].tests[0]);
+
   for (int which = 0; which < POLICIES; which++) {
-    const policy *now = &all[which];
-    const policy *before = which ? now - 1 : now;
-    chart_curve(&cost, now->cost, FRAMES, colour[which], name[which], shift[which]);
-    chart_curve(&tests, now->tests, FRAMES, colour[which], name[which], shift[which]);
-    printf("  %s: %d builds in %d frames; last frame: cost %.1f, tests %.1f; per frame: tests %.1f, growths %.0f",
-        name[which], now->builds, FRAMES - 1, now->cost[FRAMES - 1], now->tests[FRAMES - 1], now->mean, now->growths);
-    if (which)
-      printf("; pays over the line above from %.0f rays on",
-          (now->growths - before->growths) / (before->mean - now->mean));
-    printf("\n");
+    const policy *before = which == NEVER ? NULL : &all[compared[which]];
+    print_policy(&all[which], before, name[which], wind ? "random" : "height", key[which]);
+    if (which >= DRAWN) continue;
+    chart_curve(&cost, all[which].cost, FRAMES, colour[which], name[which], shift[which]);
+    chart_curve(&tests, all[which].tests, FRAMES, colour[which], name[which], shift[which]);
   }
 }
 
@@ -128,7 +163,10 @@ int main(void) {
   draw_picture("out/course/14_motion.png");
   if (!draw_boxes("out/course/14_boxes.svg") || !svg_begin(&drawing, "out/course/14_refit.svg", 900, 660)) return 1;
   measure_vertices();
-  measure_areas();
+  measure_shrinking(COURSE_TURN / 6, "sixth");
+  measure_shrinking(COURSE_TURN / 3, "third");
+  measure_areas(COURSE_TURN / 6, "sixth");
+  measure_areas(COURSE_TURN / 3, "third");
   kinds();
   for (int wind = 0; wind < 2; wind++) refits(&drawing, wind);
   return svg_end(&drawing) ? 0 : 1;

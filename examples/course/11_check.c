@@ -207,6 +207,8 @@ int main(void) {
     printf("%s %s %u, %u", k ? ";" : "", name[k], (unsigned)mine.wrong[k][0], (unsigned)mine.wrong[k][1]);
   printf("\ncontrol: an answer that takes every ray for one from outside is wrong for %u rays from inside\n",
       (unsigned)(careless.wrong[NUMBER][1] + careless.wrong[REFRACTED][1]));
+  course_figure("cases", "%d", CASES);
+  course_figure("shallow", "%u", (unsigned)shallow.depth);
   if (!reason(&careless)) return course_result(11, "the control passes");
   if (mine.too_many) return course_result(11, why);
 

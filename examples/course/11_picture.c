@@ -123,6 +123,9 @@ int main(void) {
   picture_render(&scene, library, &theirs, usual.cutoff, usual.depth, &stats);
   record_write_both(&mine, &theirs, "out/course/11_picture.png");
   printf("11_picture: %u pixels, %u triangles\n", WIDTH * HEIGHT, (unsigned)scene.triangles.triangles);
+  course_figure("pixels", "%d", WIDTH * HEIGHT);
+  course_figure("triangles", "%u", (unsigned)scene.triangles.triangles);
+  course_figure("triangles.ball", "%u", (unsigned)(scene.first[PICTURE_BALL + 1] - scene.first[PICTURE_BALL]));
   record_compare(&mine, &theirs);
   record_print_all(&rays, &stats);
 

@@ -27,6 +27,13 @@ typedef struct record { /* zeroed: empty */
   uint32_t nodes;
 } record;
 
+/* Prints the figure `name.what`. */
+EX_UNUSED static void record_figure(const char *name, const char *what, const char *format, double value) {
+  char full_name[64];
+  snprintf(full_name, sizeof full_name, "%s.%s", name, what);
+  course_figure(full_name, format, value);
+}
+
 /* Counts a ray that ends at t. */
 EX_UNUSED static void record_ray(
     record *log, pktrt_ray_type type, uint32_t depth, float weight, const course_ray *ray, float t) {
@@ -92,9 +99,14 @@ EX_UNUSED static void record_compare(const course_picture *mine, const course_pi
   float largest = 0;
   for (uint32_t i = 0; i < mine->width * mine->height; i++)
     largest = fmaxf(largest, record_difference(mine->pixel[i], theirs->pixel[i]));
+  const uint32_t thousandth = record_count_apart(mine, theirs, 0.001f);
+  const uint32_t less = record_count_apart(mine, theirs, 0.0001f);
   printf("  largest difference from the library's picture: %.3f\n", (double)largest);
-  printf("  pixels that differ by more than 0.001: %u; by more than 0.0001: %u\n",
-      (unsigned)record_count_apart(mine, theirs, 0.001f), (unsigned)record_count_apart(mine, theirs, 0.0001f));
+  printf(
+      "  pixels that differ by more than 0.001: %u; by more than 0.0001: %u\n", (unsigned)thousandth, (unsigned)less);
+  course_figure("apart.largest", "%.3f", (double)largest);
+  course_figure("apart.0.001", "%u", (unsigned)thousandth);
+  course_figure("apart.0.0001", "%u", (unsigned)less);
 }
 
 /* Writes two pictures of one size side by side. */
@@ -118,7 +130,7 @@ EX_UNUSED static void record_print(const record *log, const char *name, uint32_t
 
 /* Prints rays by type, the library's beside them, rays by depth, spreads and total reflections. */
 EX_UNUSED static void record_print_all(const record *log, const pktrt_stats *library) {
-  printf("rays:           primary     shadow  reflected  refracted\n");
+  printf("rays:          primary     shadow  reflected  refracted\n");
   record_print(log, "mine", 0, RECORD_DEPTH);
   printf("  %-9s", "library");
   for (int type = 0; type < RECORD_TYPES; type++) printf(" %10u", (unsigned)library->by_type[type].rays);
@@ -130,16 +142,25 @@ EX_UNUSED static void record_print_all(const record *log, const pktrt_stats *lib
   record_print(log, "6 to 10", 6, 10);
   record_print(log, "above 10", 11, RECORD_DEPTH);
 
+  course_figure("inside", "%u", (unsigned)log->inside);
+  course_figure("inside.total", "%u", (unsigned)log->total);
+
+  static const char *const name[RECORD_TYPES + 1] = {"primary", "shadow", "reflected", "refracted", "all"};
   printf("spread in degrees:\n  %-9s", "");
   for (int row = 0; row < RECORD_TYPES; row++) printf(" %10.1f", log->angle[row] / log->all_rays[row] * 57.29578);
   printf("; all together %.1f\n", log->angle[RECORD_TYPES] / log->all_rays[RECORD_TYPES] * 57.29578);
+  for (int row = 0; row <= RECORD_TYPES; row++)
+    record_figure("spread", name[row], "%.1f", log->angle[row] / log->all_rays[row] * 57.29578);
   printf("rays in glass meet the surface %u times, %u of these are total reflections\n", (unsigned)log->inside,
       (unsigned)log->total);
 }
 
-/* Prints what limits make of the number of rays and of the picture. */
+/* Prints what limits make of the number of rays and of the picture. The figures are `limits.256` and so on by cut-off,
+   `limits.depth4` and so on without a cut-off. */
 EX_UNUSED static void record_print_limits(
     const record *log, float cutoff, uint32_t depth, const course_picture *picture, const course_picture *exact) {
+  const uint32_t hundredth = record_count_apart(picture, exact, 0.01f);
+  const uint32_t tenth = record_count_apart(picture, exact, 0.1f);
   uint32_t deepest = 0;
   uint64_t count = 0;
 
@@ -151,8 +172,15 @@ EX_UNUSED static void record_print_limits(
   if (cutoff > 0) printf("1/%-3g", 1 / (double)cutoff);
   else printf("none ");
   printf(" depth %2u: %7u rays, the deepest at %2u; %5u pixels differ by more than 0.01, %5u by more than 0.1\n",
-      (unsigned)depth, (unsigned)count, (unsigned)deepest, (unsigned)record_count_apart(picture, exact, 0.01f),
-      (unsigned)record_count_apart(picture, exact, 0.1f));
+      (unsigned)depth, (unsigned)count, (unsigned)deepest, (unsigned)hundredth, (unsigned)tenth);
+
+  char name[32];
+  if (cutoff > 0) snprintf(name, sizeof name, "limits.%g", 1 / (double)cutoff);
+  else snprintf(name, sizeof name, "limits.depth%u", (unsigned)depth);
+  record_figure(name, "rays", "%.0f", (double)count);
+  record_figure(name, "deepest", "%.0f", deepest);
+  record_figure(name, "0.01", "%.0f", hundredth);
+  record_figure(name, "0.1", "%.0f", tenth);
 }
 
 /* Prints reflectances of glass of index 1.5, and by how much Schlick's formula differs from them. */
@@ -166,20 +194,37 @@ EX_UNUSED static void record_print_glass(void) {
       const double exact = (double)pktrt_fresnel_dielectric((float)i / 1000, eta[side]);
       if (exact < 1) largest[side] = fmax(largest[side], fabs(schlick - exact));
     }
+
+  const double normal = (double)pktrt_fresnel_dielectric(1, 1.5f);
+  const double slanted = (double)pktrt_fresnel_dielectric(0.70710678f, 1.5f);
+  const double critical = asin(1 / 1.5);
   printf("glass of index 1.5: reflectance %.3f along the normal, %.3f at 45 degrees; critical angle %.1f degrees\n",
-      (double)pktrt_fresnel_dielectric(1, 1.5f), (double)pktrt_fresnel_dielectric(0.70710678f, 1.5f),
-      asin(1 / 1.5) * 57.29578);
+      normal, slanted, critical * 57.29578);
   printf("Schlick's formula differs from the exact reflectance by up to %.3f from outside, %.3f from inside\n",
       largest[0], largest[1]);
+  course_figure("glass.normal", "%.3f", normal);
+  course_figure("glass.slanted", "%.3f", slanted);
+  course_figure("glass.critical", "%.1f", critical * 57.29578);
+  course_figure("glass.critical.cosine", "%.3f", cos(critical));
+  course_figure("glass.critical.sine", "%.3f", sin(critical));
+  course_figure("schlick.outside", "%.3f", largest[0]);
+  course_figure("schlick.inside", "%.3f", largest[1]);
 }
 
-/* Prints the tree, a line for each ray: types and weights, indented by depth. */
+/* Prints the tree, a line for each ray: types and weights, indented by depth. The figure `tree.3` is the weight of the
+   fourth line. */
 EX_UNUSED static void record_print_tree(const record *log) {
   static const char *const name[RECORD_TYPES] = {"primary", "shadow", "reflected", "refracted"};
 
   printf("the tree that is drawn:\n");
   for (uint32_t i = 0; i < log->nodes; i++)
     printf("%*s%s %.3f\n", 2 + 2 * (int)log->node[i].depth, "", name[log->node[i].type], (double)log->node[i].weight);
+
+  for (uint32_t i = 0; i < log->nodes; i++) {
+    char line[16];
+    snprintf(line, sizeof line, "%u", (unsigned)i);
+    record_figure("tree", line, "%.3f", (double)log->node[i].weight);
+  }
 }
 
 /* >>drawing -------------------------------------------------------------------------------------------------------- */

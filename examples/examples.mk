@@ -135,10 +135,8 @@ $(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc
 
 # Listings are the code between marks, and figures what programs print: see listings.awk and figures.awk there.
 COURSE_PRINTED = $(COURSE_PROGRAMS:%=out/course/%.txt) $(COURSE_CHECKS:%=out/course/%_check.txt)
-# Texts whose decimals have no names yet. A text leaves this list when its figures are marked.
-COURSE_UNMARKED = README.md instructors.md lab_differences.md lab_leaks.md
 COURSE_FILL = mkdir -p $(B)/course/texts && awk -f $(COURSE)/listings.awk $$text >$(B)/course/texts/$${text\#\#*/} && \
-  awk -v unmarked="$(COURSE_UNMARKED)" -f $(COURSE)/figures.awk $(COURSE_PRINTED) $(B)/course/texts/$${text\#\#*/} >$(B)/course/text
+  awk -f $(COURSE)/figures.awk $(COURSE_PRINTED) $(B)/course/texts/$${text\#\#*/} >$(B)/course/text
 #: course-text       copies code and figures into the texts of examples/course; changes tracked files
 course-text: | $(B)/course
 	$(BUILD) $(COURSE_PRINTED)

@@ -59,13 +59,12 @@ function check_prose(    decimal) {
   while (match(prose, /[0-9]+\.[0-9]+(\.[0-9]+)*/)) {
     decimal = substr(prose, RSTART, RLENGTH)
     prose = substr(prose, RSTART + RLENGTH)
-    if (!(decimal in given) && !plain) fail(decimal " is no figure of a program, and not given")
+    if (!(decimal in given)) fail(decimal " is no figure of a program, and not given")
   }
 }
 
 FNR == 1 {
   chapter = FILENAME
-  plain = index(" " unmarked " ", " " substr(chapter, match(chapter, /[^\/]*$/)) " ")
   sub(/^.*\//, "", chapter)
   sub(/\.(txt|md)$/, "", chapter)
   number = chapter

@@ -45,6 +45,11 @@ static void edges(void) {
   printf("edge function at %d places: signs that differ with a fused multiply-add: %u\n", PLACES * PLACES, differ);
   printf("  signs that are not the exact one: plain %u, fused %u\n", wrong_plain, wrong_fused);
   printf("  seen differently by the two triangles at the edge: plain %u, fused %u\n", torn_plain, torn_fused);
+  course_figure("signs", "%d", PLACES * PLACES);
+  course_figure("signs.differ", "%u", differ);
+  course_figure("signs.wrong.plain", "%u", wrong_plain);
+  course_figure("signs.wrong.fused", "%u", wrong_fused);
+  course_figure("signs.torn", "%u", torn_fused);
 }
 
 /* [sums] */
@@ -63,9 +68,19 @@ static float sum_in_pieces(const float *terms, int n, int pieces, int workers) {
 static void sums(void) {
   static float terms[TERMS];
   for (int i = 0; i < TERMS; i++) terms[i] = 1.0f / (float)(i % 1000 + 1);
-  for (int n = 1; n <= 7; n += n < 4 ? n : 3)
-    printf("sum of %d floats by %d workers: a piece each %.3f, %d pieces %.3f\n", TERMS, n,
-        (double)sum_in_pieces(terms, TERMS, n, n), BLOCKS, (double)sum_in_pieces(terms, TERMS, BLOCKS, n));
+
+  for (int n = 1; n <= 7; n += n < 4 ? n : 3) {
+    const double each = (double)sum_in_pieces(terms, TERMS, n, n);
+    const double fixed = (double)sum_in_pieces(terms, TERMS, BLOCKS, n);
+    char name[32];
+    printf("sum of %d floats by %d workers: a piece each %.3f, %d pieces %.3f\n", TERMS, n, each, BLOCKS, fixed);
+    snprintf(name, sizeof name, "sum.%d", n);
+    course_figure(name, "%.3f", each);
+    if (n == 7) course_figure("sum.fixed", "%.3f", fixed);
+  }
+
+  course_figure("terms", "%d", TERMS);
+  course_figure("pieces", "%d", BLOCKS);
 }
 
 /* [backwards] */
@@ -113,6 +128,8 @@ static void lamps(void) {
     picture.pixel[i / SIZE * 4 * SIZE + 3 * SIZE + i % SIZE] = same ? vec_scale(pixels[0][i], 0.3f) : vec_make(1, 1, 1);
   }
   printf("lamps added in two orders: %u of %d pixels differ\n", differ, SIZE * SIZE);
+  course_figure("pixels.differ", "%u", differ);
+  course_figure("pixels", "%d", SIZE * SIZE);
 }
 
 /* Renders one picture in all ways that shall not matter, and sums up all bits of it. */

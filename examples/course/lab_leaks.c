@@ -111,6 +111,7 @@ int main(void) {
   const vec eye = {{1.23f, 1.04f, 1.57f}};
   ball b = {course_scene_empty(), false};
   bool wrong = false;
+  double rays_per_leak[2] = {0, 0}; /* by the first two tests, at rest */
   svg s;
   course_add(&b.scene, course_ball, 24, 14);
   for (uint32_t i = 0; i < b.scene.vertices; i++) /* it grows by a third: seen from the eye, edges stay */
@@ -145,6 +146,12 @@ int main(void) {
     printf("  leak, %s: Moeller-Trumbore %u (%u at a vertex), Kensler-Shirley %u (%u), sheared %u, the library %u\n",
         moving ? "moving" : "at rest", (unsigned)leaks[0], (unsigned)at_vertex[0], (unsigned)leaks[1],
         (unsigned)at_vertex[1], (unsigned)leaks[2], (unsigned)leaks[3]);
+    for (int k = 0; k < 2 && !moving; k++) rays_per_leak[k] = (double)RAYS / leaks[k];
   }
+
+  course_figure("rays", "%d", RAYS);
+  course_figure("rays.mt", "%.0f", rays_per_leak[0]);
+  course_figure("rays.ks", "%.0f", rays_per_leak[1]);
+
   return !svg_end(&s) || wrong;
 }

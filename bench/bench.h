@@ -31,6 +31,10 @@ EX_UNUSED static double cpu_seconds(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* The larger and the smaller of two; what is no number wins, where fmax and fmin would hide it. */
+EX_UNUSED static double larger(double a, double b) { return isnan(a) || a > b ? a : b; }
+EX_UNUSED static double smaller(double a, double b) { return isnan(a) || a < b ? a : b; }
+
 static int compare_doubles(const void *a, const void *b) {
   const double x = *(const double *)a, y = *(const double *)b;
   return x < y ? -1 : x > y;

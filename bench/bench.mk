@@ -185,7 +185,7 @@ error-check:
 ifeq ($(NAME),)
 	@$(ERROR) --check $(BENCH_ARGS) estimate target "slope on the DRT" >$(B)/error-check.txt 2>&1 & pictures=$$!; \
 	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --check $(BENCH_ARGS) "slope on s" "slope on the closed" "equal time" \
-	    "time of" "the same" flicker filtered instructions; curves=$$?; \
+	    "time of" "the same" "a sun" flicker filtered instructions; curves=$$?; \
 	  wait $$pictures; held=$$?; cat $(B)/error-check.txt; [ $$curves = 0 ] && [ $$held = 0 ]
 else
 	$(ERROR) --check $(BENCH_ARGS) $(NAME)

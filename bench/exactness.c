@@ -138,7 +138,7 @@ static void race(const stage *g, bool moving, pktrt_isa isa, const options *o, l
 /* >>report --------------------------------------------------------------------------------------------------------- */
 
 static double ratio_of(const line *x, int l, int k) {
-  return x->seconds[l][k] > 0 ? x->seconds[OURS][k] / x->seconds[l][k] : 1;
+  return x->seconds[OURS][k] / x->seconds[l][k]; /* NaN: no rays of this kind */
 }
 
 /* Of all kinds together: of one line, or of all lines at rest or moving on an instruction set. */
@@ -146,7 +146,8 @@ static double mean_ratio(const line *lines, size_t n, bool moving, pktrt_isa isa
   double sum = 0, count = 0;
   for (size_t i = 0; i < n; i++)
     for (int j = k < 0 ? 0 : k; j < (k < 0 ? KINDS : k + 1); j++)
-      if (lines[i].moving == moving && lines[i].isa == isa) sum += log(ratio_of(&lines[i], l, j)), count++;
+      if (lines[i].moving == moving && lines[i].isa == isa && lines[i].rays[j] > 0)
+        sum += log(ratio_of(&lines[i], l, j)), count++;
   return count > 0 ? exp(sum / count) : 0;
 }
 
@@ -274,6 +275,7 @@ int main(int argc, char **argv) {
     }
     close_stage(&g);
   }
+  if (n == 0) return ex_fail("this machine has no kernels of these"), 1;
   write_table(stdout, lines, n), write_stages(stdout, lines, n);
   return o.results && (!keep(o.results, "exactness.csv", write_csv, lines, n) ||
                           !keep(o.results, "exactness.md", write_table, lines, n) ||

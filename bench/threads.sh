@@ -20,8 +20,9 @@ measure() { # name, options of render
     wait
     run "$work/one" "$n" "$@"
     cat $(seq -f "$work/%.0f" 0 $((n - 1))) "$work/one" |
-      awk -v n="$n" 'NR <= n { b += 1 / $1; p += 1 / $2 } END { print 1 / (b * $1), 1 / (p * $2), $1, $2 }'
+      awk -v n="$n" 'NR <= n { b += 1 / $1; p += 1 / $2 } END { if (NR == n + 1) print 1 / (b * $1), 1 / (p * $2), $1, $2 }'
   done >"$work/rounds"
+  [ "$(wc -l <"$work/rounds")" = "$rounds" ] || { echo "$name: some did not run"; exit 1; }
   for column in 1 2 3 4; do sort -n -k "$column,$column" "$work/rounds" | awk "NR == int(($rounds + 1) / 2) { print \$$column }"; done |
     tee -a "$work/all" | xargs printf "$name:  trees %.2f, pictures %.2f;  by threads %.3f s, %.3f s\n"
 }

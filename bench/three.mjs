@@ -98,7 +98,7 @@ for (const [diffuse, kind] of ["primary", "diffuse"].entries()) {
   const want = contenders[0];
   for (const c of contenders) {
     const hits = c.t.reduce((n, t) => n + (t < Infinity), 0), differ = differing(c.t, want.t, 0), ns = 1e9 * c.best / count;
-    if (differing(c.t, want.t, 1) < count / 10) throw new Error("the control: another ray's distances do not differ");
+    if (!(differing(c.t, want.t, 1) > count / 10)) throw new Error("the control: another ray's distances do not differ");
     rows.push([scene, triangles, kind, `"${c.name}"`, count, ns.toFixed(1), hits, differ, (1000 * c.build).toFixed(1)].join(","));
     table.push(`| ${kind} | ${c.name} | ${ns.toFixed(0)} | ${(c.best / want.best).toFixed(2)} | ${hits} of ${count} | ${differ} | ` +
       `${(1000 * c.build).toFixed(0)} |`);

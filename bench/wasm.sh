@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Compiles bench/wasm.c for WebAssembly with its vectors and without, lets node run both in turns, and prints how many times as fast
 # vectors are: the median of three rounds, by kind of rays, geometric mean of the scenes.
-set -u
+set -uo pipefail
 cd "$(dirname "$0")/.." || exit 1
 work=build/wasm
 for program in emcc node; do
@@ -19,8 +19,11 @@ for round in 1 2 3; do
   paste -d' ' $work/vectors.$round $work/scalar.$round
 done | awk '
   function median(a, b, c) { return a > b ? (b > c ? b : a > c ? c : a) : (a > c ? a : b > c ? c : b) }
+  NF != 8 || $1 != $5 || $2 != $6 || !($3 > 0 && $4 > 0) { print "bench-wasm: a round went wrong: " $0; bad = 1; exit 1 }
   { key = $1 " " $2; n = ++rounds[key]; many[key, n] = $7 / $3; single[key, n] = $8 / $4; kind[key] = $2 }
   END {
+    for (key in kind) bad = bad || rounds[key] != 3
+    if (bad || !NR) { print "bench-wasm: nothing to tell, or not three rounds of it"; exit 1 }
     printf "| rays | many | single |\n|---|--:|--:|\n"
     for (key in kind) {
       k = kind[key]; m = log(median(many[key, 1], many[key, 2], many[key, 3]))

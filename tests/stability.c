@@ -192,7 +192,7 @@ bool keep_figures(const char *directory, int argc, char **argv) {
   return ok;
 }
 
-/* Over all cases together: a single case may be one that textbook tests get right. */
+/* A zero of nothing is no zero. Over all cases together: a single case may be one that textbook tests get right. */
 static void zeros_have_controls(void) {
   double all = 0;
   for (size_t i = 0; i < figure_count; i++) {
@@ -207,6 +207,8 @@ static void zeros_have_controls(void) {
       CHECK(thoroughness < 0.01 || sum_of(c).found > 0, "%s, %s: the control \"%s\" is zero as well", c->part, c->what,
           c->control);
     }
+    CHECK(thoroughness < 0.01 || sum_of(&figures[i]).rays > 0, "%s, %s: nothing was tried", figures[i].part,
+        figures[i].what);
     CHECK(controls > 0, "%s, %s: no control", figures[i].part, figures[i].what);
   }
   say("%.0f rays or tries in all", all);

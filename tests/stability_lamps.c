@@ -480,7 +480,7 @@ static bool differ(const estimate *a, const estimate *b) {
   bool apart = false;
   for (int k = 0; k < 3; k++) {
     const double error = sqrt(a->error[k] * a->error[k] + b->error[k] * b->error[k]);
-    apart = apart || fabs(a->mean[k] - b->mean[k]) > 4 * error + 1e-4 * b->mean[k] + 1e-5;
+    apart = apart || !(fabs(a->mean[k] - b->mean[k]) <= 4 * error + 1e-4 * b->mean[k] + 1e-5); /* NaN is apart */
   }
   return apart;
 }

@@ -150,7 +150,7 @@ static void judge(furnace_sums *sums, const furnace *f, double cosine, double sh
     }
     const double beyond = fmax(off - 1e-5, 0);
     sums->compared++;
-    sums->beyond += off > 4 * error[k] + 1e-5;
+    sums->beyond += !(off <= 4 * error[k] + 1e-5);
     sums->control += fabs(mean[k] - 0.99 * want) > 4 * error[k] + 1e-5;
     sums->error = fmax(sums->error, error[k]);
     if (beyond > 0) sums->deviation = fmax(sums->deviation, beyond / error[k]);
@@ -324,7 +324,7 @@ static void check_ball(const ball *b, const pktrt_render_desc *d, const tally *t
   double lost = 0;
   for (size_t i = 0; i < n; i += 3) {
     const double v = (double)d->pixels[i];
-    wrong += v > want + 1e-5 || (!glass && v < want - 1e-5);
+    wrong += !(v <= want + 1e-5) || (!glass && v < want - 1e-5);
     control += v > 0.99 * want + 1e-5;
     lost += (want - v) * d->samples;
   }
@@ -431,7 +431,8 @@ static void check_reflectances(const pktrt_render_desc *d, double side, double i
     const double f = (double)d->pixels[3 * i + (side > 0 ? 0 : 1)], t = (double)d->pixels[3 * i + (side > 0 ? 1 : 0)];
     const double off = fmax(fabs(f - w.want), fabs(t - (1 - w.want)));
     sums->checked++;
-    sums->beyond += off > w.slack || fabs((double)d->pixels[3 * i + 2] - 1) > 4 * ulp;
+    sums->beyond += !(fabs(f - w.want) <= w.slack) || !(fabs(t - (1 - w.want)) <= w.slack) ||
+                    !(fabs((double)d->pixels[3 * i + 2] - 1) <= 4 * ulp);
     sums->beyond_control += fabs(f - other.want) > other.slack;
     sums->total += w.total, sums->partial += w.total && (f != 1 || t != 0);
     sums->partial_control += side < 0 && w.not_total && (f != 1 || t != 0);
@@ -561,7 +562,7 @@ static void check_shine(const pktrt_render_desc *d, double n, shine_sums *sums) 
     const double want = c > 0 ? peak * exp(n * log1p(-pow(sin(a / 2), 2) * 2)) : 0;
     const double change = n * (fmin(tan(a), 1e3) * off + off * off) + 16 * ulp;
     sums->checked++;
-    sums->beyond += fabs(got - want) > want * expm1(change) + 1e-30;
+    sums->beyond += !(fabs(got - want) <= want * expm1(change) + 1e-30);
     sums->control += fabs(got * 1.01 - want) > want * expm1(change) + 1e-30;
     if (want > 1e-3 * peak) sums->worst = fmax(sums->worst, fabs(got / want - 1));
   }
@@ -652,7 +653,7 @@ static void check_box(const pktrt_render_desc *d, box_sums *sums) {
     for (int k = 0; k < 3; k++) {
       double want = 0, shorter = 0, got = (double)d->pixels[3 * i + (uint32_t)k];
       for (int j = 0; j <= 50; j++) shorter = want, want = 0.25 + want * (double)box_reflectances[k];
-      beyond |= fabs(got - want) > 102 * ulp * want;
+      beyond |= !(fabs(got - want) <= 102 * ulp * want);
       control |= fabs(got - shorter) > 102 * ulp * want;
     }
     sums->checked++, sums->beyond += beyond, sums->control += control;
@@ -800,7 +801,7 @@ static void check_tiny(const pktrt_render_desc *d, const tiny *k, uint64_t *beyo
     const double distance = vec_length(to), cosine = to.y / distance, got = (double)d->pixels[3 * i];
     const double want = tiny_albedo * tiny_intensity / PI * cosine / (distance * distance) * (k->quad ? cosine : 1);
     const double slack = (4 * k->size + 4 * 150 * ulp + 16 * ulp) * want;
-    *beyond += fabs(got - want) > slack, *control += fabs(got * 1.01 - want) > slack;
+    *beyond += !(fabs(got - want) <= slack), *control += fabs(got * 1.01 - want) > slack;
   }
 }
 

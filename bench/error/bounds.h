@@ -183,7 +183,7 @@ static void bound_line(const bench *b, const model *f, unsigned dimensions) {
     n[i] = s.samples, ours[i] = variance_of_points(&s, f, dimensions);
     least[i] = least_variance(b, f, dimensions, (int)i + 2);
     const double random = (pow(f->itself, dimensions) - pow(f->mean2, dimensions)) / n[i];
-    worst = fmax(worst, sqrt(ours[i] / least[i]));
+    worst = larger(worst, sqrt(ours[i] / least[i]));
     say(&b->out, " %.4f, %.4f |", sqrt(ours[i] / random), sqrt(least[i] / random));
     csv(&b->out, "%s,%u,%.0f,%.6g,%.6g,%.6g\n", f->name, dimensions, n[i], sqrt(ours[i]), sqrt(least[i]), sqrt(random));
   }

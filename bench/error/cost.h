@@ -141,7 +141,7 @@ static double check_cost(bench *b, const claim *c, bool control, char details[DE
       100 * (end[COST_REPORT] / end[COST_PASSES] - 1), 100 * (each[COST_WATCHED] / each[COST_PASSES] - 1)};
   snprintf(details, DETAILS, "%s, at the end: %.2f; %s, after each: %.2f; twice the passes: %.3f times as many",
       cost_cases[0].name, added[0], cost_cases[1].name, added[1], end[COST_TWICE] / end[COST_PASSES]);
-  return control ? 100 * (end[COST_TWICE] / end[COST_PASSES] - 1) : fmax(added[0], added[1]);
+  return control ? 100 * (end[COST_TWICE] / end[COST_PASSES] - 1) : larger(added[0], added[1]);
 }
 
 #endif /* ERROR_COST_H */

@@ -172,7 +172,7 @@ static void part_closed(bench *b) {
       "brackets half of the 95%% interval.\n\n");
   curve_table_head(b);
   for (unsigned k = 0; k < CLOSED_SCENES; k++) {
-    worst = fmax(worst, closed_open(&g, k, CLOSED_WIDTH, CLOSED_HEIGHT));
+    worst = larger(worst, closed_open(&g, k, CLOSED_WIDTH, CLOSED_HEIGHT));
     stage_curves(b, &g, 32, 32);
     stage_close(&g);
   }
@@ -228,7 +228,7 @@ static double check_scene_slope(bench *b, const claim *c, bool control, char det
     curve x = *slope_curve(b, k);
     for (unsigned i = 0; control && i < x.points * x.seeds; i++) x.mse[i] = x.mse[i / x.points * x.points];
     const interval r = curve_slope(&x);
-    worst = fmax(worst, r.value);
+    worst = larger(worst, r.value);
     note(details, checked_name(k), r);
   }
   return worst;
@@ -257,7 +257,7 @@ static double check_equal_time(bench *b, const claim *c, bool control, char deta
   for (unsigned k = closed_ones ? 0 : CLOSED_SCENES; k < (closed_ones ? CLOSED_SCENES : CHECKED_STAGES); k++) {
     const curve *x = time_curve(b, k, PKTRT_SAMPLER_SOBOL), *y = time_curve(b, k, PKTRT_SAMPLER_RANDOM);
     const interval r = control ? equal_time(y, x, c->number) : equal_time(x, y, c->number);
-    worst = fmax(worst, r.value), product *= r.value;
+    worst = larger(worst, r.value), product *= r.value;
     note(details, checked_name(k), r);
   }
   return closed_ones ? worst : cbrt(product);

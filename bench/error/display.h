@@ -156,7 +156,7 @@ static double check_shown_time(bench *b, const claim *c, bool control, char deta
     const size_t at = strlen(details);
     snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k), ratio);
     product *= ratio;
-    most = fmax(most, ratio);
+    most = larger(most, ratio);
   }
   return c->number ? most : cbrt(product);
 }

@@ -429,7 +429,7 @@ static double figure_rmse(const void *of, resample *r) {
   const errors *e = (const errors *)of;
   double sum = 0;
   for (unsigned k = 0; k < e->seeds; k++) sum += e->mse[pick(r, k, e->seeds)];
-  return sqrt(sum > 0 ? sum / e->seeds : 0);
+  return sqrt(sum < 0 ? 0 : sum / e->seeds); /* this way round, what is no number stays so */
 }
 
 /* The root of the mean of values that are each a mean squared error, by seeds. */
@@ -490,9 +490,20 @@ EX_UNUSED static bool wanted(const options *o, const char *text) {
   return found;
 }
 
+/* Whether each word picks a claim: one that picks none, checks none. */
+static bool words_pick(const options *o, const claim *claims, unsigned n) {
+  for (unsigned k = 0; k < o->name_count; k++) {
+    unsigned i = 0;
+    while (i < n && !strstr(claims[i].sentence, o->names[k])) i++;
+    if (i == n) return ex_fail("\"%s\" is in no claim", o->names[k]);
+  }
+  return true;
+}
+
 /* Whether all claims hold and then all controls fail. */
 EX_UNUSED static bool check_claims(bench *b, const claim *claims, unsigned n) {
   unsigned good[2] = {0, 0}, count[2] = {0, 0}, skipped = 0;
+  if (!words_pick(&b->given, claims, n)) return false;
   for (int control = 0; control < 2; control++) {
     if (control) printf("Controls: each is expected to say FAILED.\n\n");
     for (unsigned i = 0; i < n; i++) {

@@ -122,7 +122,7 @@ static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, un
       take_shot(g, &s, &o);
       to->samples += o.report.samples_mean, to->unmet += o.report.stop != PKTRT_STOP_ERROR;
       to->doubted += o.report.unreliable[measure];
-      add_ratio(&to->met, (relative ? o.relative : sqrt(fmax(o.mse, 0))) / target);
+      add_ratio(&to->met, (relative ? o.relative : sqrt(larger(o.mse, 0))) / target);
     }
 }
 
@@ -434,7 +434,7 @@ static double check_adaptive(bench *b, const claim *c, bool control, char detail
     }
     const interval r = bootstrap(figure_contest, e), over = {1 / r.value, 1 / r.high, 1 / r.low};
     note(details, checked_name(k), control ? over : r);
-    worst = fmax(worst, control ? over.value : r.value);
+    worst = larger(worst, control ? over.value : r.value);
   }
   return worst;
 }

@@ -115,7 +115,7 @@ static filtered measure_filtered(stage *g, filtering *f, filter_level l) {
 }
 
 /* RMSE filtered over unfiltered. */
-static double filtered_ratio(const filtered *r) { return sqrt(fmax(r->mse[1], 0) / r->mse[0]); }
+static double filtered_ratio(const filtered *r) { return sqrt(larger(r->mse[1], 0) / r->mse[0]); }
 
 /* Says the levels [from, to) of a scene, and keeps their ratios. */
 static void say_filtered(const bench *b, stage *g, int from, int to, double left[FILTER_LEVELS]) {
@@ -227,7 +227,7 @@ static void part_filter_shown(bench *b) {
       csv(&b->out, "%s,%u,%u,%d,%.4f,%.4f,%.4f,%u,%u,%.4f\n", g.name, (unsigned)shown_plans[p].passes,
           (unsigned)shown_plans[p].samples, (int)SEEDS_SHOWN, ratio, equal,
           sqrt(fmax(r.estimate, 0) / fmax(r.mse[1], 1e-30)), r.doubted, r.close, r.seconds[1] / r.seconds[0]);
-      largest = fmax(largest, ratio);
+      largest = larger(largest, ratio);
       if (k < HARD_SCENES && hard_scenes[k].smooth) smooth += ratio, smooth_cells++;
       doubted += r.doubted, close += r.close, runs += SEEDS_SHOWN;
     }
@@ -308,7 +308,7 @@ static double check_filter(bench *b, const claim *c, bool control, char details[
     double product = 1;
     for (int k = 0; k < FILTER_SCENES; k++) {
       product *= found[k][l];
-      if (c->number || found[k][l] <= most) continue;
+      if (c->number || isnan(most) || found[k][l] <= most) continue;
       most = found[k][l];
       snprintf(details, DETAILS, "%s, %u samples", scene_names()[k], (unsigned)filter_checked[l].samples);
     }
@@ -340,7 +340,7 @@ static const shown_all *checked_shown(const bench *b) {
       const double ratio = shown_ratio(&r);
       if (k < HARD_SCENES && hard_scenes[k].smooth) found.smooth += ratio, cells++;
       runs += SEEDS_CHECKED, doubted += r.doubted, close += r.close;
-      if (ratio <= found.largest) continue;
+      if (isnan(found.largest) || ratio <= found.largest) continue;
       found.largest = ratio;
       snprintf(found.worst, sizeof found.worst, "%s, %u x %u", g.name, (unsigned)shown_plans[p].passes,
           (unsigned)shown_plans[p].samples);
@@ -378,14 +378,20 @@ static double check_screen(bench *b, const claim *c, bool control, char details[
   if (control && c->number == 3) {
     float variance[16] = {0}, error[16] = {0};
     filter_picture one;
+    filtering f;
+    filtered judged;
     memset(&one, 0, sizeof one);
+    memset(&f, 0, sizeof f);
+    memset(&judged, 0, sizeof judged);
     one.width = one.height = 4, one.variance = variance;
     variance[5] = error[5] = 1;
-    return filter_unreliable(&one, error) ? 1 : 0;
+    f.error = error;
+    judge_estimate(&one, &f, 0, 0, &judged);
+    return judged.doubted;
   }
   if (control) {
     const filtered r = misled_shown(b, c->number == 0 ? 1000.0f : 0.0f);
-    return c->number == 2 ? (double)r.close / 2 : shown_ratio(&r);
+    return c->number == 2 ? (double)r.close / (2 - r.doubted) : shown_ratio(&r);
   }
   const shown_all *all = checked_shown(b);
   snprintf(details, DETAILS, "the largest: %s", all->worst);

@@ -204,7 +204,7 @@ static double check_flicker(bench *b, const claim *c, bool control, char details
     n = r.pixels;
     if (r.still_pixels < still) still = r.still_pixels;
     if (n - r.still_pixels < others) others = n - r.still_pixels;
-    worst = control ? fmin(worst, r.still[1][RADIANCE]) : fmax(worst, r.still[0][RADIANCE]);
+    worst = control ? smaller(worst, r.still[1][RADIANCE]) : larger(worst, r.still[0][RADIANCE]);
   }
   snprintf(details, DETAILS, "of %zu pixels at least %zu are still, %zu are not", n, still, others);
   if (control) return still ? worst : NAN;

@@ -251,7 +251,7 @@ static double check_slope(bench *b, const claim *c, bool control, char details[D
   for (int k = 0; k < FAMILIES; k++) {
     if (strcmp(kind_names[families[k].kind], c->on) || (c->number && families[k].dimensions != c->number)) continue;
     const interval r = family_slope(&measured[sampler], k);
-    worst = fmax(worst, r.value);
+    worst = larger(worst, r.value);
     const int n = snprintf(details + at, DETAILS - at, "%s%s %u: %.2f [%.2f, %.2f]", at ? ", " : "", families[k].name,
         families[k].dimensions, r.value, r.low, r.high);
     if (n > 0 && at + (size_t)n < DETAILS) at += (size_t)n;

@@ -244,18 +244,19 @@ typedef struct verdict {
 
 static verdict sum_line(const report *of, const line *l, const char *isa, group scenes) {
   double logs = 0, worst = less_is_better(l) ? 0 : INFINITY, all = 0, disagree = 0, faults = 0;
-  size_t n = 0;
+  size_t n = 0, caught = 0;
   verdict v;
   memset(&v, 0, sizeof v);
   for (size_t i = 0; i < of->count; i++) {
     const row *r = &of->rows[i];
     if (r->of != scenes || strcmp(r->isa, isa) || !row_of_line(r, l)) continue;
-    n++, logs += log(fmax(r->best, 1e-30)), all += (double)r->rays;
-    disagree += (double)r->disagree, faults += (double)r->ours_wrong;
-    worst = less_is_better(l) ? fmax(worst, r->best) : fmin(worst, r->best);
+    n++, logs += log(larger(r->best, 1e-30)), all += (double)r->rays;
+    disagree += (double)r->disagree, faults += (double)r->ours_wrong, caught += r->caught;
+    worst = less_is_better(l) ? larger(worst, r->best) : smaller(worst, r->best);
   }
   if (n == 0) return v;
   v.measured = true, v.worst = worst;
+  if (caught == 0) faults = NAN; /* a judge who catches no false answer finds no fault */
   v.value = geometric(l) ? exp(logs / (double)n) : l->how == SHARE ? disagree / all : l->how == FAULTS ? faults : worst;
   return v;
 }
@@ -273,17 +274,18 @@ static verdict worst_kind(const report *of, const line *l, const char *isa, grou
     const line one = line_of_kind(l, k);
     const verdict v = sum_line(of, &one, isa, scenes);
     if (!v.measured) continue;
-    const double worst = least.measured ? fmin(least.worst, v.worst) : v.worst;
-    if (!least.measured || v.value < least.value) least = v, least.kind = k;
+    const double worst = least.measured ? smaller(least.worst, v.worst) : v.worst;
+    if (!least.measured || v.value < least.value || isnan(v.value)) least = v, least.kind = k;
     least.worst = worst;
   }
   return least;
 }
 
+/* Written this way round, what is not a number misses. */
 static outcome outcome_of(const line *l, goal g, double value) {
   const double sign = less_is_better(l) ? -1 : 1;
   if (g.required == 0 && l->how != FAULTS) return FREE;
-  if (sign * value < sign * g.required) return MISSED;
+  if (!(sign * value >= sign * g.required)) return MISSED;
   return g.aim > 0 && sign * value >= sign * g.aim ? AIMED : REACHED;
 }
 

@@ -82,8 +82,8 @@ help-all: help
 
 # --- examples ---
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model render \
-  $(if $(SDL),view) $(if $(MPI),mpi))
+PLAIN_EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model)
+EXAMPLES = $(PLAIN_EXAMPLES) $(addprefix $(B)/,render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 
 # Each example is a program by itself, as `cc -O2 examples/hello.c -lm` shows. Here they share one implementation, which takes nearly
@@ -114,7 +114,7 @@ $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
 $(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform model): $(EXAMPLE_HEADERS)
 
-$(B)/%: examples/%.c $(B)/pktrt.o
+$(PLAIN_EXAMPLES): $(B)/%: examples/%.c $(B)/pktrt.o
 	$(PROGRAM)
 
 SCENES = poolhall conference rtrt

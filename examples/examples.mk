@@ -86,12 +86,21 @@ course:
 	$(BUILD) $(COURSE_RUN:%=out/course/%.txt)
 	@grep -hv '^= ' $(COURSE_RUN:%=out/course/%.txt)
 
-out/course/%.txt: $(B)/course/% | out/course
-	$< >$@ || { cat $@; exit 1; }
-
+# (Rules with more letters stand first: make 3.81, which macOS has, takes the first that fits.)
 # What the check of a chapter says of the solution, for figures of the text.
 out/course/%_check.txt: $(B)/course/%_solution | out/course
 	$< >$@ || { cat $@; exit 1; }
+
+out/course/%.txt: $(B)/course/% | out/course
+	$< >$@ || { cat $@; exit 1; }
+
+# An answer is compiled with the check of its chapter, which may include programs.
+COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
+$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
+$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
 
 COURSE_LIBRARY = $(B)/pktrt.o
 $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
@@ -105,14 +114,6 @@ $(B)/course/lab_differences: $(B)/all/pktrt.o
 $(B)/course/11_picture: $(COURSE)/11_solution.c
 
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
-
-# An answer is compiled with the check of its chapter, which may include programs.
-COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
-COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
-$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
-	$(COURSE_ANSWER)
-$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
-	$(COURSE_ANSWER)
 
 course-check: | $(B)/course out/course
 	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \

@@ -19,7 +19,7 @@ WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -
   -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
 WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
 PORT ?= 8000
-EMCC := $(shell command -v emcc)
+EMCC := $(shell command -v emcc 2>/dev/null)
 web:
 ifeq ($(EMCC),)
 	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
@@ -124,7 +124,7 @@ course-check: | $(B)/course out/course
 
 #: course-test       tests solutions, which pass, skeletons, which fail, listings and figures of the
 #:                   texts; course-check-text tests listings and figures alone
-TCC := $(shell command -v tcc)
+TCC := $(shell command -v tcc 2>/dev/null)
 course-test: course-check-text | out/course
 	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
 	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o))

@@ -144,7 +144,7 @@ $(B)/course/mingw/%.ok: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/mi
 # stb's headers alone: the others beside them are not those of Windows.
 $(B)/course/mingw/include/stb:
 	mkdir -p $(@D)
-	ln -sfn $(firstword $(abspath $(wildcard $(LOCAL)/stb)) /usr/include/stb) $@
+	ln -sfn $(if $(LOCAL_FLAGS),$(abspath $(LOCAL)/stb),/usr/include/stb) $@
 
 # Listings are the code between marks, and figures what programs print: see listings.awk and figures.awk there.
 COURSE_PRINTED = $(COURSE_PROGRAMS:%=out/course/%.txt) $(COURSE_CHECKS:%=out/course/%_check.txt)

@@ -128,7 +128,9 @@ static size_t first_wrong(
     if (mine.boxes == boxes[i]) continue;
     printf("  the first event that makes boxes differ: number %u, ", (unsigned)i + 1);
     printf("boxes up to it expected: %u, got: %u\n", (unsigned)boxes[i], (unsigned)mine.boxes);
-    course_say_event("the event", log, i);
+    if (log->event[i].kind == PKTRT_EVENT_LEAF_TEST)
+      printf("  the event: LEAF_TEST, index %u, ray %u\n", (unsigned)log->event[i].index, (unsigned)log->event[i].ray);
+    else course_say_event("the event", log, i);
     return i;
   }
   return log->count;

@@ -252,7 +252,7 @@ EX_UNUSED static void walk_rays_free(walk_rays *rays) {
 /* >>walk ----------------------------------------------------------------------------------------------------------- */
 
 /* [way] */
-/* A way to trace packets: the paper's and ours differ in five things. */
+/* A way to trace packets: in these five things the paper's and ours differ in counts. */
 typedef struct walk_way {
   const char *name;
   uint32_t lanes;  /* of a vector: 4 or 8 */
@@ -363,20 +363,19 @@ static int walk_axis(const course_slabs *slabs) {
   return axis;
 }
 
-/* Tests a group of rays against the triangles of a leaf: a triangle at a time, or where main axes differ a ray at a
-   time. */
+/* Tests a group of rays against the triangles of a leaf: a triangle at a time, or where the group's main axes differ a ray
+   at a time. */
 static void walk_triangles(walk *w, const walk_leaf *leaf, uint32_t begin, const bool among[8]) {
   const uint32_t lanes = w->way->lanes;
   uint32_t rays = 0;
   int axis = -1;
   bool agree = true;
 
-  for (uint32_t i = 0; i < lanes; i++) {
-    if (!among[i]) continue;
+  for (uint32_t i = 0; i < lanes && begin + i < w->n; i++) {
     const int mine = walk_axis(&w->slabs[begin + i]);
     agree = agree && (axis < 0 || axis == mine);
     axis = mine;
-    rays++;
+    if (among[i]) rays++;
   }
   if (!agree) {
     w->counts->triangle_vectors += rays * ((leaf->count + lanes - 1) / lanes);

@@ -4,6 +4,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 #include "13_exercise.h"
+#include "13_rays.h"
 
 /* The library's planes, to say which of them is missed: the solution, under other names. */
 #define hull check_hull
@@ -68,14 +69,13 @@ static bool enters(const course_ray *ray, const float lo[3], const float hi[3]) 
   return first <= last;
 }
 
-/* Makes the hull of a packet from a copy of the rays, which is spoilt afterwards. */
+/* Makes the hull of a packet from a copy of the rays, which is spoilt afterwards, and stays, for whoever reads it. */
 static hull *make_hull(hull_packet packet) {
   course_ray *rays = (course_ray *)course_memory(packet.n, sizeof *rays);
   memcpy(rays, packet.rays, packet.n * sizeof *rays);
   packet.rays = rays;
   hull *made = hull_make(&packet);
   memset(rays, 0xFF, packet.n * sizeof *rays);
-  free(rays);
   if (made) return made;
   printf("chapter 13: failed: hull_make() returns NULL\n");
   exit(1);
@@ -220,42 +220,20 @@ static void check_random(count *c) {
 
 /* >>packets of the scene ------------------------------------------------------------------------------------------- */
 
-enum { WIDTH = 256, HEIGHT = 192, TILES = WIDTH * HEIGHT / MOST, LEAST = 40, FEW = 32 };
-/* FEW: the library's frusta with as few rays go on as streams (8 times 4, for any hit and many origins). LEAST: rays of
-   a packet that is asked. */
+enum {
+  KINDS = 3,
+  TILES = RAYS_PIXELS / MOST,
+  LEAST = 40, /* rays of a packet that is asked */
+  FEW = 32    /* as few rays of a frustum go on as a stream in the library: 8 times 4, for any hit and many origins */
+};
+static const int kind_of[KINDS] = {RAYS_SHADOW, RAYS_REFLECTED, RAYS_LENS};
 
-enum { SHADOW, REFLECTED, LENS, KINDS };
-static const char *const kind_name[KINDS] = {"shadow", "reflected", "lens"};
-
-/* Returns a ray of a tile of 8 x 8 pixels, or one without length if there is none: to a lamp, off a surface, or through a
-   lens. Rays end before they hit anything. */
-static course_ray aim(const course_scene *scene, const pktrt_scene *library, int kind, uint32_t tile, uint32_t i) {
-  const uint32_t x = tile % (WIDTH / 8) * 8 + i % 8, y = tile / (WIDTH / 8) * 8 + i / 8;
-  course_ray ray = course_camera_ray((float)x + 0.5f, (float)y + 0.5f, WIDTH, HEIGHT);
-  const vec lamp = {{-3, 7, 5}};
-  course_hit hit;
-
-  if (kind == LENS) {
-    const vec at = {{between(-0.3f, 0.3f), between(-0.3f, 0.3f), 0}};
-    ray.origin = vec_add(ray.origin, at);
-    ray.direction = vec_sub(ray.direction, vec_scale(at, 1 / 7.0f));
-  } else {
-    hit = course_library_hit(library, ray);
-    ray.tmax = 0;
-    if (hit.triangle == COURSE_NONE) return ray;
-    const uint32_t *corner = scene->corner[hit.triangle];
-    const vec p = scene->position[corner[0]];
-    vec normal = vec_unit(vec_cross(vec_sub(scene->position[corner[1]], p), vec_sub(scene->position[corner[2]], p)));
-    if (vec_dot(normal, ray.direction) > 0) normal = vec_scale(normal, -1);
-    ray.origin = vec_add(vec_add(ray.origin, vec_scale(ray.direction, hit.t)), vec_scale(normal, 1e-4f));
-    ray.direction = kind == SHADOW ? vec_sub(lamp, ray.origin)
-                                   : vec_sub(ray.direction, vec_scale(normal, 2 * vec_dot(normal, ray.direction)));
-    ray.tmax = kind == SHADOW ? 1 : INFINITY;
-  }
-
-  hit = course_library_hit(library, ray);
-  if (hit.triangle != COURSE_NONE) ray.tmax = kind == SHADOW ? 0 : 0.999f * hit.t;
-  return ray;
+/* Cuts a ray so that it hits nothing. Returns false if nothing is left: a shadow ray must reach the lamp. */
+static bool cut(const pktrt_scene *library, int kind, course_ray *ray) {
+  const course_hit hit = course_library_hit(library, *ray);
+  if (hit.triangle == COURSE_NONE) return true;
+  ray->tmax = 0.999f * hit.t;
+  return kind != RAYS_SHADOW;
 }
 
 /* Makes the packet of a tile. Returns false if it has too few rays, or rays of several octants or main axes. */
@@ -265,8 +243,8 @@ static bool make_tile(hull_packet *packet, course_ray *rays, const course_scene 
   packet->n = 0;
   packet->pad = 0;
   for (uint32_t i = 0; i < MOST; i++) {
-    const course_ray ray = aim(scene, library, kind, tile, i);
-    if (ray.tmax > 0) rays[packet->n++] = ray;
+    course_ray *ray = &rays[packet->n];
+    packet->n += rays_aim(ray, tile * MOST + i, kind, scene, library) && cut(library, kind, ray);
   }
   if (packet->n < LEAST) return false;
 
@@ -315,7 +293,7 @@ static void open_node(const walk *w, uint32_t index, uint64_t mask) {
     uint64_t enter = 0;
     uint32_t many = 0;
     if (node->child[k] == PKTRT_NONE) continue;
-    judge(w->counts, kind_name[w->kind], w->tile, w->packet, hull_misses(w->mine, node->lo[k], node->hi[k]),
+    judge(w->counts, rays_name[w->kind], w->tile, w->packet, hull_misses(w->mine, node->lo[k], node->hi[k]),
         check_hull_misses(w->theirs, node->lo[k], node->hi[k]), node->lo[k], node->hi[k]);
 
     for (uint32_t i = 0; i < w->packet->n; i++) {
@@ -353,7 +331,7 @@ static uint64_t check_scene(
 
   printf(
       "%s rays: %u packets, %u boxes, %u of them missed by all rays; dropped %u, by the library %u, by its planes %u\n",
-      kind_name[kind], (unsigned)packets, (unsigned)c->asked, (unsigned)c->missed, (unsigned)c->dropped,
+      rays_name[kind], (unsigned)packets, (unsigned)c->asked, (unsigned)c->missed, (unsigned)c->dropped,
       (unsigned)culls, (unsigned)c->expected);
   return culls;
 }
@@ -395,19 +373,20 @@ int main(void) {
 
   pktrt_scene *library = course_library(&scene);
   const pktrt_node *nodes = course_library_nodes(library, &nodes_count);
-  for (int kind = 0; kind < KINDS && !why; kind++) {
-    count *c = &packets[kind];
+  for (int i = 0; i < KINDS && !why; i++) {
+    const int kind = kind_of[i];
+    count *c = &packets[i];
     const uint64_t drops = check_scene(c, &scene, library, nodes, kind), most = drops ? drops : c->expected;
     culls += most;
     expected += c->expected;
     caught += c->caught;
-    kind_figure(kind_name[kind], "boxes", c->asked);
-    kind_figure(kind_name[kind], "missed", c->missed);
-    kind_figure(kind_name[kind], "dropped", c->dropped);
+    kind_figure(rays_name[kind], "boxes", c->asked);
+    kind_figure(rays_name[kind], "missed", c->missed);
+    kind_figure(rays_name[kind], "dropped", c->dropped);
     if (c->wrong) why = "boxes of the scene are dropped that a ray enters";
     else if ((double)c->dropped < SHARE * (double)most) {
-      if (c->kept) say_kept(c, kind_name[kind]);
-      snprintf(few, sizeof few, "%s rays: of each 100 boxes that the library drops %.1f are dropped", kind_name[kind],
+      if (c->kept) say_kept(c, rays_name[kind]);
+      snprintf(few, sizeof few, "%s rays: of each 100 boxes that the library drops %.1f are dropped", rays_name[kind],
           100 * (double)c->dropped / (double)most);
       why = few;
     }

@@ -6,17 +6,25 @@
 #include "course.h"
 #include "13_solution.c"
 
+enum { FAST_STACK = 38 * 7 + 9 }; /* see chapter 3; all children of the last node are pushed at once */
+
+/* [choice] */
 enum {
-  FAST_BLOCK = 64,          /* rays among which a frustum is sought, and the most rays of a stream */
-  FAST_BATCH = 256,         /* rays among which streams are put together */
-  FAST_STACK = 38 * 7 + 9,  /* see chapter 3 */
-  FAST_FEW_OF_ONE_WAY = 16, /* rays of a block: as few or fewer are not asked whether all go along one axis */
-  FAST_FEW_OF_PACKET = 24,  /* rays of similar directions: as few or fewer make no frustum */
-  FAST_FEW_OF_STREAM = 4,   /* rays of an octant: fewer are traced one by one */
-  FAST_FEW_AT_NODE = 8      /* rays, times 2 to 4: as few rays of a frustum go on as a stream */
+  FAST_BLOCK = 64,          /* rays among which a frustum is sought; the most rays of a stream */
+  FAST_BATCH = 256,         /* rays among which streams are formed */
+  FAST_FEW_RAYS = 16,       /* fewer rays of a call are traced one by one ... */
+  FAST_FEW_SHADOW_RAYS = 32 /* ... and so are fewer rays that look for any hit */
 };
-#define FAST_SLOPES 0.3f /* the slopes of rays of similar directions differ by less */
-#define FAST_ASPECT 0.7f /* of a ray along an axis, the other components times this are less than the main component */
+enum {
+  FAST_FEW_OF_ONE_WAY = 16, /* of 64 rays: only if more are there, the library asks whether all go along one axis */
+  FAST_FEW_OF_PACKET = 24,  /* rays of similar directions: only more make a frustum */
+  FAST_FEW_OF_STREAM = 4,   /* rays of an octant: fewer are traced one by one */
+  FAST_FEW_AT_NODE = 8      /* times 2, 3 or 4: as few rays of a frustum go on as a stream */
+};
+#define FAST_ASPECT \
+  0.7f /* a ray goes along an axis if the other components are less than 1/0.7 of the main component */
+#define FAST_SLOPES 0.3f /* directions are similar if they share octant and main axis and slopes differ by less */
+/* [end] */
 
 typedef enum fast_walk { FAST_SINGLE, FAST_STREAM, FAST_FRUSTUM, FAST_WALKS } fast_walk;
 
@@ -29,12 +37,35 @@ typedef struct fast_counts {
   uint64_t thin;    /* frusta that became streams, here and there on their way down */
 } fast_counts;
 
+/* Adds counts to others. */
+EX_UNUSED static void fast_counts_add(fast_counts *to, const fast_counts *c) {
+  to->packets += c->packets;
+  to->nodes += c->nodes;
+  to->boxes += c->boxes;
+  to->culls += c->culls;
+  to->vectors += c->vectors;
+  to->thin += c->thin;
+}
+
 typedef struct fast_step { /* a node that a stream opens, and the rays that enter it */
   uint32_t node;
   uint64_t rays;
 } fast_step;
 
-typedef struct fast_rays {
+typedef struct fast_rays fast_rays;
+
+/* The rays of a frustum. */
+typedef struct fast_packet {
+  hull *hull;
+  const uint32_t *list; /* the ray of bit i is list[i] */
+  uint64_t all;         /* as it was formed */
+  uint32_t octant;
+  bool common;          /* one origin */
+  course_bounds bounds; /* the intervals of chapter 5, for comparison */
+  float last;           /* the farthest depth at which one of the rays can still find its answer */
+} fast_packet;
+
+struct fast_rays {
   const course_scene *scene;
   const pktrt_node *nodes;
   bool any; /* any hit will do: shadow rays */
@@ -46,7 +77,11 @@ typedef struct fast_rays {
   fast_counts counts;
   fast_step *step; /* NULL, or where steps of streams are to be stored */
   uint32_t steps;
-} fast_rays;
+  /* NULL, or a function that is told of each child that a frustum asks about; `mask` are the rays that ask. */
+  void (*asked)(void *user, const fast_rays *f, const fast_packet *p, const pktrt_node *node, uint32_t k, uint64_t mask,
+      bool dropped);
+  void *user;
+};
 
 /* A child that waits, and the rays that may enter it. */
 typedef struct fast_entry {
@@ -233,20 +268,33 @@ EX_UNUSED static course_box fast_scene_box(const pktrt_node *root) {
   return box;
 }
 
-/* Makes the hull of the rays of a mask, all of one octant and main axis; list[i] is the ray of bit i. */
-EX_UNUSED static hull *fast_hull(const fast_rays *f, const uint32_t *list, uint64_t mask) {
+/* Makes a frustum of the rays of a mask, all of one octant and main axis. The caller frees the hull. */
+EX_UNUSED static fast_packet fast_packet_make(const fast_rays *f, const uint32_t *list, uint64_t mask) {
   course_ray rays[FAST_BLOCK];
-  const course_ray *first = &f->ray[list[fast_lowest(mask)]];
-  hull_packet packet = {rays, 0, fast_axis(first), 1, fast_scene_box(f->nodes), 0};
-  if (first->direction.at[packet.axis] < 0) packet.sign = -1;
+  course_slabs slabs[FAST_BLOCK];
+  const uint32_t first = list[fast_lowest(mask)];
+  const course_ray *ray = &f->ray[first];
+  hull_packet packet = {rays, 0, fast_axis(ray), 1, fast_scene_box(f->nodes), 0};
+  fast_packet p;
+
+  p.list = list;
+  p.all = mask;
+  p.octant = f->slabs[first].octant;
+  p.common = true;
+  if (ray->direction.at[packet.axis] < 0) packet.sign = -1;
 
   for (; mask; mask &= mask - 1) {
-    const uint32_t ray = list[fast_lowest(mask)];
-    rays[packet.n++] = f->ray[ray];
-    packet.pad = fmaxf(packet.pad, f->slabs[ray].pad);
+    const uint32_t i = list[fast_lowest(mask)];
+    p.common &= !memcmp(&f->ray[i].origin, &ray->origin, sizeof(vec));
+    packet.pad = fmaxf(packet.pad, f->slabs[i].pad);
+    slabs[packet.n] = f->slabs[i];
+    rays[packet.n++] = f->ray[i];
   }
 
-  return hull_make(&packet);
+  p.hull = hull_make(&packet);
+  p.bounds = course_bounds_make(rays, slabs, packet.n);
+  p.last = 0;
+  return p;
 }
 
 /* Returns true if all rays enter a box whose front lies at this depth, provided that the box is not behind their hits:
@@ -261,33 +309,35 @@ static bool fast_all_enter(const hull *h, float front, const float lo[3], const 
   return true;
 }
 
-/* Returns the farthest depth at which one of the rays can still find its answer. */
-static float fast_last(const fast_rays *f, const hull *h, const uint32_t *list, uint64_t mask) {
-  float last = -INFINITY;
+/* Finds anew how far the rays of the mask, which still look for their answers, reach. */
+static void fast_set_last(const fast_rays *f, fast_packet *p, uint64_t mask) {
+  p->last = p->bounds.last = -INFINITY;
   for (; mask; mask &= mask - 1) {
-    const uint32_t ray = list[fast_lowest(mask)];
-    last = fmaxf(last, hull_along(h, f->ray[ray].origin.at) - h->begin + f->slabs[ray].last);
+    const uint32_t ray = p->list[fast_lowest(mask)];
+    const float start = hull_along(p->hull, f->ray[ray].origin.at) - p->hull->begin;
+    p->last = fmaxf(p->last, start + f->slabs[ray].last);
+    p->bounds.last = fmaxf(p->bounds.last, f->slabs[ray].last);
   }
-  return last;
 }
 
 /* [frustum] */
-/* Pushes the children that reach into the hull. None of their rays is tested yet. */
-static void fast_frustum_open(fast_rays *f, const hull *h, const pktrt_node *node, uint32_t octant, uint64_t mask,
-    float last, fast_stack *stack) {
+/* Pushes the children that reach into the hull. Their rays are tested when they are popped. */
+static void fast_frustum_open(
+    fast_rays *f, const fast_packet *p, const pktrt_node *node, uint64_t mask, fast_stack *stack) {
+  const hull *h = p->hull;
   f->counts.nodes++;
   f->counts.vectors++; /* the planes, eight boxes */
 
   for (uint32_t i = 8; i-- > 0;) {
-    const uint32_t k = f->any ? 7 - i : node->order[octant][i];
+    const uint32_t k = f->any ? 7 - i : node->order[p->octant][i];
     if (node->child[k] == PKTRT_NONE) continue;
     const float front = hull_along(h, h->sign > 0 ? node->lo[k] : node->hi[k]) - h->begin - h->pad;
-    if (front > last || hull_misses(h, node->lo[k], node->hi[k])) {
-      f->counts.culls++;
-      continue;
-    }
+    const bool dropped = front > p->last || hull_misses(h, node->lo[k], node->hi[k]);
+    if (f->asked) f->asked(f->user, f, p, node, k, mask, dropped);
+    f->counts.culls += dropped;
+
     const fast_entry child = {node, k, mask, front, fast_all_enter(h, front, node->lo[k], node->hi[k])};
-    stack->entry[stack->n++] = child;
+    if (!dropped) stack->entry[stack->n++] = child;
   }
 }
 
@@ -308,20 +358,15 @@ static uint64_t fast_frustum_enter(
 
 /* Traces the rays of a mask, all of one octant and main axis, as a frustum. */
 static void fast_frustum(fast_rays *f, const uint32_t *list, uint64_t mask) {
-  const uint32_t first = list[fast_lowest(mask)], octant = f->slabs[first].octant;
-  hull *h = fast_hull(f, list, mask);
+  fast_packet p = fast_packet_make(f, list, mask);
   fast_stack stack;
   fast_entry next = {NULL, 0, mask, 0, false};
+  const uint32_t few = FAST_FEW_AT_NODE * (2u + f->any + !p.common);
   uint64_t alive = mask;
-  float last = fast_last(f, h, list, mask);
-  bool common = true;
+  fast_set_last(f, &p, alive);
   stack.n = 0;
 
-  for (uint64_t rest = mask; rest; rest &= rest - 1)
-    common &= !memcmp(&f->ray[list[fast_lowest(rest)]].origin, &f->ray[first].origin, sizeof(vec));
-  const uint32_t few = FAST_FEW_AT_NODE * (2u + f->any + !common);
-
-  for (;;) {
+  while (next.mask) {
     const pktrt_node *parent = next.parent;
     uint64_t hit = 0;
 
@@ -332,27 +377,24 @@ static void fast_frustum(fast_rays *f, const uint32_t *list, uint64_t mask) {
       f->counts.thin++;
       hit = fast_stream(f, list, next);
     } else {
-      fast_frustum_open(f, h, &f->nodes[parent ? parent->child[next.k] : 0], octant, next.mask, last, &stack);
+      fast_frustum_open(f, &p, &f->nodes[parent ? parent->child[next.k] : 0], next.mask, &stack);
     }
 
     if (f->any) alive &= ~hit;
-    if (hit && alive) last = fast_last(f, h, list, alive);
+    if (hit) fast_set_last(f, &p, alive);
 
-    do {
-      if (!stack.n || !alive) {
-        free(h);
-        return;
-      }
+    next.mask = 0;
+    while (!next.mask && stack.n && alive) {
       next = stack.entry[--stack.n];
-      next.mask = next.depth > last ? 0 : next.mask & alive;
+      next.mask = next.depth > p.last ? 0 : next.mask & alive;
       if (next.mask && !next.whole) next.mask = fast_frustum_enter(f, list, next.parent, next.k, next.mask);
-    } while (!next.mask);
+    }
   }
+
+  free(p.hull);
 }
 
 /* >>choice --------------------------------------------------------------------------------------------------------- */
-
-/* The part of rays that go by streams or one by one, and the frusta before them. */
 
 /* Returns true if the rays of a block are many and all go along one axis. */
 static bool fast_one_way(const fast_rays *f, uint32_t base, uint64_t mask) {
@@ -421,7 +463,7 @@ static void fast_octants(fast_rays *f, uint32_t begin, const uint64_t left[FAST_
   }
 }
 
-/* Traces all rays as the library does. `most` is the last walk that may be taken: FAST_FRUSTUM for all three. */
+/* Traces all rays as a call of the library does. `most` is the last walk that may be taken: FAST_FRUSTUM for all three. */
 EX_UNUSED static void fast_trace(fast_rays *f, fast_walk most) {
   bool coherent = true;
 
@@ -430,6 +472,7 @@ EX_UNUSED static void fast_trace(fast_rays *f, fast_walk most) {
     uint64_t left[FAST_BATCH / FAST_BLOCK] = {0};
     uint32_t list[FAST_BLOCK], rays_left = 0, tries = 3;
     n = f->n - begin < size ? f->n - begin : size;
+    const fast_walk may = n < (uint32_t)(f->any ? FAST_FEW_SHADOW_RAYS : FAST_FEW_RAYS) ? FAST_SINGLE : most;
 
     for (uint32_t block = 0; block * FAST_BLOCK < n; block++) {
       const uint32_t base = begin + block * FAST_BLOCK, rays = n - block * FAST_BLOCK;
@@ -439,7 +482,7 @@ EX_UNUSED static void fast_trace(fast_rays *f, fast_walk most) {
       left[block] = all;
 
       for (uint32_t i = 0; i < FAST_BLOCK; i++) list[i] = base + i;
-      while (most == FAST_FRUSTUM && (packet = fast_next_frustum(f, base, &left[block], one_way, tries)) != 0) {
+      while (may == FAST_FRUSTUM && (packet = fast_next_frustum(f, base, &left[block], one_way, tries)) != 0) {
         f->counts.packets++;
         for (uint64_t rest = packet; rest; rest &= rest - 1) f->walk[base + fast_lowest(rest)] = FAST_FRUSTUM;
         fast_frustum(f, list, packet);
@@ -449,7 +492,7 @@ EX_UNUSED static void fast_trace(fast_rays *f, fast_walk most) {
     }
 
     coherent = rays_left <= n / 4;
-    fast_octants(f, begin, left, most);
+    fast_octants(f, begin, left, may);
   }
 }
 

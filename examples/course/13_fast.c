@@ -7,10 +7,12 @@
 #include "13_fast.h"
 #include "13_figures.h"
 
+enum { FIRST = 300 * 64 }; /* ray with which the calls of the text's table begin */
+
 /* Traces rays by our walks, 256 in a call. Adds verdicts to *v, and sets who traces each ray. */
 static fast_counts our_counts(const course_scene *scene, const pktrt_node *nodes, const course_ray *rays, uint32_t n,
     bool any, fast_walk most, verdicts *v, uint8_t *walk) {
-  fast_counts all = {0, 0, 0, 0, 0, 0};
+  fast_counts all = {0, 0, 0, 0, 0, 0, 0, 0};
 
   for (uint32_t i = 0, count; i < n; i += count) {
     count = n - i < FAST_BATCH ? n - i : FAST_BATCH;
@@ -33,6 +35,7 @@ static void print_row(const char *kind, const char *walk, double n, double nodes
   fast_figure(row, "nodes", "%.2f", nodes / n);
   fast_figure(row, "boxes", "%.1f", boxes / n);
   fast_figure(row, "vectors", "%.2f", vectors / n);
+  fast_figure(row, "lanes", "%.1f", boxes / vectors);
 }
 
 /* Prints the least number of rays of a call that the library does not trace one by one. */
@@ -71,6 +74,7 @@ int main(void) {
   uint32_t count, calls = 0, same = 0;
   pktrt_node *nodes = course_library_nodes(library, &count);
   course_picture choice = course_picture_make(3 * RAYS_WIDTH, RAYS_HEIGHT);
+  uint32_t by[RAYS_KINDS][CALLS][FAST_WALKS] = {{{0}}};
   bool frusta = false;
 
   for (int kind = 0; kind < RAYS_KINDS; kind++) {
@@ -87,10 +91,15 @@ int main(void) {
       v = verdicts_none;
       const fast_counts c = our_counts(&scene, nodes, rays, n, any, (fast_walk)most, &v, walk);
       print_row(name, walk_name[most], n, (double)c.nodes, (double)c.boxes, (double)c.vectors);
+      if (most != FAST_FRUSTUM) continue;
+      fast_figure(name, "thin", "%.0f", (double)c.thin);
+      fast_figure(name, "whole", "%.0f", (double)c.whole);
+      fast_figure(name, "tested", "%.0f", (double)c.tested);
     }
     const pktrt_counts c = rays_library_counts(library, rays, n, any, PKTRT_PATH_PAPER);
     print_row(name, "paper", n, (double)c.node_visits, (double)c.box_tests, (double)c.vector_box_tests);
     verdicts_print(&v, name, walk, n);
+    calls_count(by[kind], &scene, nodes, rays + FIRST, any);
 
     if (kind == RAYS_CAMERA) {
       print_few(library, rays, false, "few.nearest");
@@ -104,6 +113,7 @@ int main(void) {
     if (kind == RAYS_SCATTERED) choice_draw(&choice, 2 * RAYS_WIDTH, RAYS_WIDTH, pixel, walk, n);
   }
 
+  calls_print(by, rays_name, RAYS_KINDS);
   printf("of %u calls of up to 256 rays the library counts the same in %u\n", (unsigned)calls, (unsigned)same);
   course_figure("calls", "%u", (unsigned)calls);
   course_figure("calls.same", "%u", (unsigned)same);

@@ -34,7 +34,9 @@ typedef struct fast_counts {
   uint64_t boxes;   /* tests of a ray against a box */
   uint64_t culls;   /* children dropped by the planes, all rays at once */
   uint64_t vectors; /* tests of eight lanes at once: rays against boxes, or planes against boxes */
-  uint64_t thin;    /* frusta that became streams, here and there on their way down */
+  uint64_t thin;    /* nodes below which the rays of a frustum go on as a stream */
+  uint64_t whole;   /* children that rays of a frustum enter without a test, as all of them do */
+  uint64_t tested;  /* children that rays of a frustum are tested against */
 } fast_counts;
 
 /* Adds counts to others. */
@@ -45,6 +47,8 @@ EX_UNUSED static void fast_counts_add(fast_counts *to, const fast_counts *c) {
   to->culls += c->culls;
   to->vectors += c->vectors;
   to->thin += c->thin;
+  to->whole += c->whole;
+  to->tested += c->tested;
 }
 
 typedef struct fast_step { /* a node that a stream opens, and the rays that enter it */
@@ -346,6 +350,7 @@ static uint64_t fast_frustum_enter(
     fast_rays *f, const uint32_t *list, const pktrt_node *node, uint32_t k, uint64_t mask) {
   uint64_t enters = 0;
 
+  f->counts.tested++;
   f->counts.boxes += fast_count(mask);
   f->counts.vectors += FAST_BLOCK / 8; /* eight rays, one box */
   for (uint64_t rest = mask; rest; rest &= rest - 1) {
@@ -387,6 +392,7 @@ static void fast_frustum(fast_rays *f, const uint32_t *list, uint64_t mask) {
     while (!next.mask && stack.n && alive) {
       next = stack.entry[--stack.n];
       next.mask = next.depth > p.last ? 0 : next.mask & alive;
+      if (next.mask && next.whole) f->counts.whole++;
       if (next.mask && !next.whole) next.mask = fast_frustum_enter(f, list, next.parent, next.k, next.mask);
     }
   }

@@ -82,6 +82,37 @@ EX_UNUSED static void choice_draw(
     picture->pixel[pixel[i] / width * picture->width + left + pixel[i] % width] = colour[walk[i]];
 }
 
+/* >>calls ---------------------------------------------------------------------------------------------------------- */
+
+enum { CALLS = 4 };
+static const uint32_t calls_rays[CALLS] = {8, 16, 64, 256};
+
+/* Finds who traces the rays of calls with 8, 16, 64 and 256 of the rays. */
+EX_UNUSED static void calls_count(uint32_t by[CALLS][FAST_WALKS], const course_scene *scene, const pktrt_node *nodes,
+    const course_ray *rays, bool any) {
+  for (int call = 0; call < CALLS; call++) {
+    fast_rays f = fast_rays_make(scene, nodes, rays, calls_rays[call], any);
+    fast_trace(&f, FAST_FRUSTUM);
+    for (uint32_t i = 0; i < f.n; i++) by[call][f.walk[i]]++;
+    fast_rays_free(&f);
+  }
+}
+
+/* Prints who traces the rays of these calls: a table of the text. */
+EX_UNUSED static void calls_print(uint32_t by[][CALLS][FAST_WALKS], const char *const *name, int kinds) {
+  printf("rays of a call that are traced one by one, in streams, in frusta\n%-9s", "");
+  for (int call = 0; call < CALLS; call++) printf("    %3u rays  ", (unsigned)calls_rays[call]);
+  printf("\n");
+  for (int kind = 0; kind < kinds; kind++) {
+    printf("%-9s", name[kind]);
+    for (int call = 0; call < CALLS; call++)
+      printf("  %3u %3u %3u ", (unsigned)by[kind][call][FAST_SINGLE], (unsigned)by[kind][call][FAST_STREAM],
+          (unsigned)by[kind][call][FAST_FRUSTUM]);
+    printf("\n");
+  }
+  printf("\n");
+}
+
 /* >>drawing of a hull ---------------------------------------------------------------------------------------------- */
 
 /* Where a place on one side of a hull is in the drawing. */

@@ -101,12 +101,12 @@ EX_UNUSED static void calls_count(uint32_t by[CALLS][FAST_WALKS], const course_s
 /* Prints who traces the rays of these calls: a table of the text. */
 EX_UNUSED static void calls_print(uint32_t by[][CALLS][FAST_WALKS], const char *const *name, int kinds) {
   printf("rays of a call that are traced one by one, in streams, in frusta\n%-9s", "");
-  for (int call = 0; call < CALLS; call++) printf("    %3u rays  ", (unsigned)calls_rays[call]);
+  for (int call = 0; call < CALLS; call++) printf("      %3u rays", (unsigned)calls_rays[call]);
   printf("\n");
   for (int kind = 0; kind < kinds; kind++) {
     printf("%-9s", name[kind]);
     for (int call = 0; call < CALLS; call++)
-      printf("  %3u %3u %3u ", (unsigned)by[kind][call][FAST_SINGLE], (unsigned)by[kind][call][FAST_STREAM],
+      printf("   %3u %3u %3u", (unsigned)by[kind][call][FAST_SINGLE], (unsigned)by[kind][call][FAST_STREAM],
           (unsigned)by[kind][call][FAST_FRUSTUM]);
     printf("\n");
   }

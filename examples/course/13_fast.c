@@ -47,7 +47,7 @@ static void print_few(const pktrt_scene *library, const course_ray *rays, bool a
 }
 
 /* Counts the calls of up to 256 rays for which our walks form the library's packets and drop as many children, and open
-   as many nodes and test as many boxes, within a hundredth. A library without frusta is compared with streams. */
+   as many nodes and test as many boxes, within 4 in 100. A library without frusta is compared with streams. */
 static uint32_t same_calls(const course_scene *scene, const pktrt_scene *library, const pktrt_node *nodes,
     const course_ray *rays, uint32_t n, bool any, fast_walk most) {
   uint32_t same = 0;
@@ -59,8 +59,8 @@ static uint32_t same_calls(const course_scene *scene, const pktrt_scene *library
     const pktrt_counts theirs = rays_library_counts(library, rays + i, count, any, PKTRT_PATH_FAST);
     const double opened = (double)theirs.node_visits, tested = (double)theirs.box_tests;
     same += ours.packets == theirs.packets && ours.culls == theirs.frustum_culls &&
-            fabs((double)ours.nodes - opened) <= 2 + 0.01 * opened &&
-            fabs((double)ours.boxes - tested) <= 16 + 0.01 * tested;
+            fabs((double)ours.nodes - opened) <= 2 + 0.04 * opened &&
+            fabs((double)ours.boxes - tested) <= 16 + 0.04 * tested;
   }
   return same;
 }

@@ -5,8 +5,8 @@
 #include "course.h"
 
 enum { RAYS_WIDTH = 256, RAYS_HEIGHT = 192, RAYS_PIXELS = RAYS_WIDTH * RAYS_HEIGHT, RAYS_CALL = 256 };
-enum { RAYS_CAMERA, RAYS_SHADOW, RAYS_REFLECTED, RAYS_LENS, RAYS_SCATTERED, RAYS_KINDS };
-static const char *const rays_name[RAYS_KINDS] = {"camera", "shadow", "reflected", "lens", "scattered"};
+enum { RAYS_CAMERA, RAYS_SHADOW, RAYS_REFLECTED, RAYS_LENS, RAYS_SCATTERED, RAYS_SHUFFLED, RAYS_KINDS };
+static const char *const rays_name[RAYS_KINDS] = {"camera", "shadow", "reflected", "lens", "scattered", "shuffled"};
 
 /* Returns the number of a pixel, row by row, to which ray i belongs: 64 rays are 8 x 8 pixels. */
 static uint32_t rays_pixel(uint32_t i) {
@@ -14,11 +14,13 @@ static uint32_t rays_pixel(uint32_t i) {
   return (tile / across * 8 + i / 8 % 8) * RAYS_WIDTH + tile % across * 8 + i % 8;
 }
 
-/* Makes the ray of a kind that belongs to a pixel; packets of 64 are 8 x 8 pixels. Returns false if there is none. */
+/* Makes ray i of a kind; 64 rays in a row belong to 8 x 8 pixels, unless they are shuffled. Returns false if there is none:
+   if the camera's ray of this pixel hits nothing, no ray leaves a surface. */
 EX_UNUSED static bool rays_aim(
     course_ray *ray, uint32_t i, int kind, const course_scene *scene, const pktrt_scene *library) {
   static const vec lamp = {{-3, 7, 5}};
-  const uint32_t pixel = rays_pixel(i), x = pixel % RAYS_WIDTH, y = pixel / RAYS_WIDTH;
+  const uint32_t place = kind == RAYS_SHUFFLED ? i * 30011 % RAYS_PIXELS : i; /* each once */
+  const uint32_t pixel = rays_pixel(place), x = pixel % RAYS_WIDTH, y = pixel / RAYS_WIDTH;
   uint32_t random = i;
   vec any;
   *ray = course_camera_ray((float)x + 0.5f, (float)y + 0.5f, RAYS_WIDTH, RAYS_HEIGHT);
@@ -31,7 +33,7 @@ EX_UNUSED static bool rays_aim(
     ray->origin = vec_add(ray->origin, at);
     ray->direction = vec_sub(ray->direction, vec_scale(at, 1 / 7.0f));
   }
-  if (kind == RAYS_CAMERA || kind == RAYS_LENS) return true;
+  if (kind == RAYS_CAMERA || kind == RAYS_SHUFFLED || kind == RAYS_LENS) return true;
 
   const course_hit hit = course_library_hit(library, *ray);
   if (hit.triangle == COURSE_NONE) return false;

@@ -21,8 +21,7 @@ enum {
   FAST_FEW_OF_STREAM = 4,   /* rays of an octant: fewer are traced one by one */
   FAST_FEW_AT_NODE = 8      /* times 2, 3 or 4: as few rays of a frustum go on as a stream */
 };
-#define FAST_ASPECT \
-  0.7f /* a ray goes along an axis if the other components are less than 1/0.7 of the main component */
+#define FAST_ASPECT 0.7f /* a ray goes along an axis if no other component, times this, reaches the main component */
 #define FAST_SLOPES 0.3f /* directions are similar if they share octant and main axis and slopes differ by less */
 /* [end] */
 

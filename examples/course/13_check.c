@@ -76,9 +76,11 @@ static hull *make_hull(hull_packet packet) {
   packet.rays = rays;
   hull *made = hull_make(&packet);
   memset(rays, 0xFF, packet.n * sizeof *rays);
-  if (made) return made;
-  printf("chapter 13: failed: hull_make() returns NULL\n");
-  exit(1);
+  if (!made) {
+    printf("chapter 13: failed: hull_make() returns NULL\n");
+    exit(1);
+  }
+  return made;
 }
 
 /* Compares the verdict on one box with all rays and with the library's planes. Says which ray is lost first; returns true

@@ -95,7 +95,7 @@ out/course/%.txt: $(B)/course/% | out/course
 	$< >$@ || { cat $@; exit 1; }
 
 # An answer is compiled with the check of its chapter, which may include programs.
-COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(COURSE_LIBRARY) -o $@ $(LDFLAGS) $(LDLIBS)
 COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
 $(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
 	$(COURSE_ANSWER)
@@ -110,16 +110,23 @@ $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
 $(B)/course/lab_differences: COURSE_LIBRARY = $(B)/all/pktrt.o
 $(B)/course/lab_differences: $(B)/all/pktrt.o
 
-# This program includes the solution of its chapter.
+# Chapter 13 reads counts of the fast path.
+COURSE_COUNTING = $(addprefix $(B)/course/13_,fast exercise solution)
+$(COURSE_COUNTING): COURSE_LIBRARY = $(B)/all/pktrt.o
+$(COURSE_COUNTING): $(B)/all/pktrt.o
+
+# These programs include solutions.
 $(B)/course/11_picture: $(COURSE)/11_solution.c
+$(B)/course/13_fast: $(COURSE)/05_solution.c $(COURSE)/13_solution.c
 
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
 
+COURSE_CHECK_LIBRARY = $(if $(filter 13,$(CHAPTER)),$(B)/all/pktrt.o,$(B)/pktrt.o)
 course-check: | $(B)/course out/course
 	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \
 	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine_02.c"; exit 1; }
-	@$(MAKE) --no-print-directory -q $(B)/pktrt.o || $(MAKE) --no-print-directory $(B)/pktrt.o
-	@$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
+	@$(MAKE) --no-print-directory -q $(COURSE_CHECK_LIBRARY) || $(MAKE) --no-print-directory $(COURSE_CHECK_LIBRARY)
+	@$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(COURSE_CHECK_LIBRARY) -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
 	@$(B)/course/$(CHAPTER)_mine
 
 #: course-test       tests solutions, which pass, skeletons, which fail, listings and figures of the

@@ -379,7 +379,8 @@ static void filter__load(filter__room *room) {
 static float filter__share(const filter__room *room, int k, int32_t p, int32_t q) {
   const float *depth = room->feature[k][0], zp = depth[p], zq = depth[q], nearer = zp < zq ? zp : zq;
   float apart = 0;
-  if (nearer > 0) apart = (zp - zq) * (zp - zq) / (0.04f * nearer * nearer + 1e-20f); /* a fifth of the depth is a unit */
+  /* A fifth of the depth is a unit. */
+  if (nearer > 0) apart = (zp - zq) * (zp - zq) / (0.04f * nearer * nearer + 1e-20f);
   for (int f = 1; f < FILTER_FEATURES; f++) {
     const float d = room->feature[k][f][p] - room->feature[k][f][q];
     apart += d * d;

@@ -172,6 +172,44 @@ static void half_features(void) {
   filter_end(&h);
 }
 
+/* Sets what eight passes see of lights that one sample in seven meets before nothing: depths are means over the samples
+   that met a light, as pktrt_render has them. */
+static bool gather_rare_lights(filter_halves *h, noisy *n) {
+  static uint32_t met[PIXELS];
+  rng r = rng_of(11);
+  if (!filter_begin(h, WIDE, HIGH)) return false;
+  memset(n, 0, sizeof *n);
+  memset(met, 0, sizeof met);
+  for (int pass = 1; pass <= 8; pass++) {
+    for (int i = 0; i < PIXELS; i++) {
+      met[i] += rng_unit(&r) < 1.0f / 7;
+      const float part = (float)met[i] / (float)pass;
+      for (int c = 0; c < 3; c++) n->out[3 * i + c] = 7 * part;
+      n->normal[3 * i] = part;
+      n->depth[i] = met[i] ? 16 : INFINITY;
+    }
+    filter_add_pass(h, n->out);
+    filter_add_features(h, n->depth, n->normal, n->albedo);
+  }
+  return true;
+}
+
+/* The truth is 1 everywhere. Where depths told each half what the other half met, three times as much error was left. */
+static void rare_lights(void) {
+  static noisy n;
+  filter_halves h;
+  filter_picture p;
+  if (!CHECK(gather_rare_lights(&h, &n) && filter_finish(&h, &p))) return;
+  p.depth = n.depth;
+  p.normal = n.normal;
+  p.albedo = n.albedo;
+  CHECK(filter_rectangle(&p, 0, 0, WIDE, HIGH, n.out, n.error));
+  const double after = error_in(&n, 0, 0, WIDE, true), before = 6.0 / 8; /* 49 (1 / 7) (6 / 7) a pass */
+  say("squared error %.3f, filtered %.4f", before, after);
+  CHECK(after < 0.06 * before, "%g of %g is left", after, before);
+  filter_end(&h);
+}
+
 /* Passes of which each is known: halves are means of every other one. */
 static void halves(void) {
   static const float colour[4] = {1, 4, 3, 8};
@@ -201,5 +239,6 @@ void suite_filter(void) {
   run("a firefly becomes what its neighbours say, and nothing that both halves have does", fireflies);
   run("a filter does not believe an estimate that few pixels carry", belief);
   run("the halves of a filter have features of their own", half_features);
+  run("a filter takes out the noise of lights that few samples meet before nothing", rare_lights);
   run("the halves of a filter are every other pass, with their variances", halves);
 }

@@ -64,7 +64,7 @@ static const claim claims[] = {
         NULL, 0, 0},
     {"filtered over unfiltered on a screen, mean of the smooth scenes", 0.6, true, check_screen, NULL, 1, 0},
     {"filtered: estimates not called unreliable within 0.7 to 1.3 times the truth", 1, false, check_screen, NULL, 2,
-        0.85},
+        0.94},
     {"filtered: estimates called unreliable", 0.3, true, check_screen, NULL, 3, 0},
     {"percent of instructions that knowing the error adds", 2, true, check_cost, NULL, 0, 0},
 };

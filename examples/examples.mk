@@ -19,7 +19,7 @@ WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -
   -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
 WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
 PORT ?= 8000
-EMCC := $(shell command -v emcc)
+EMCC := $(shell command -v emcc 2>/dev/null)
 web:
 ifeq ($(EMCC),)
 	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
@@ -86,12 +86,21 @@ course:
 	$(BUILD) $(COURSE_RUN:%=out/course/%.txt)
 	@grep -hv '^= ' $(COURSE_RUN:%=out/course/%.txt)
 
-out/course/%.txt: $(B)/course/% | out/course
-	$< >$@ || { cat $@; exit 1; }
-
+# (Rules with more letters stand first: make 3.81, which macOS has, takes the first that fits.)
 # What the check of a chapter says of the solution, for figures of the text.
 out/course/%_check.txt: $(B)/course/%_solution | out/course
 	$< >$@ || { cat $@; exit 1; }
+
+out/course/%.txt: $(B)/course/% | out/course
+	$< >$@ || { cat $@; exit 1; }
+
+# An answer is compiled with the check of its chapter, which may include programs.
+COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
+$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
+$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
 
 COURSE_LIBRARY = $(B)/pktrt.o
 $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
@@ -106,14 +115,6 @@ $(B)/course/11_picture: $(COURSE)/11_solution.c
 
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
 
-# An answer is compiled with the check of its chapter, which may include programs.
-COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
-COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
-$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
-	$(COURSE_ANSWER)
-$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
-	$(COURSE_ANSWER)
-
 course-check: | $(B)/course out/course
 	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \
 	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine_02.c"; exit 1; }
@@ -123,15 +124,27 @@ course-check: | $(B)/course out/course
 
 #: course-test       tests solutions, which pass, skeletons, which fail, listings and figures of the
 #:                   texts; course-check-text tests listings and figures alone
-TCC := $(shell command -v tcc)
+TCC := $(shell command -v tcc 2>/dev/null)
+MINGW := $(shell command -v x86_64-w64-mingw32-gcc 2>/dev/null)
 course-test: course-check-text | out/course
 	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
-	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o))
+	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o)) $(if $(MINGW),$(COURSE_FILES:%=$(B)/course/mingw/%.ok))
 	@echo "course-test: $(if $(TCC),all $(words $(COURSE_FILES)) files compile with tcc,tcc is not installed (make deps-extra), nothing is compiled by it)"
+	@echo "course-test: $(if $(MINGW),all of them compile for Windows,MinGW is not installed (make deps-extra)$(comma) nothing is compiled for Windows)"
 	tests/course.sh $(B)/course $(COURSE_CHECKS)
 
 $(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc
 	$(TCC) -std=c99 -Wall -Werror $(SHARED) -c $< -o $@
+
+# The headers of Windows take words that other systems leave to programs.
+$(B)/course/mingw/%.ok: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/mingw/include/stb
+	$(MINGW) -std=c99 -fsyntax-only -Wall -Werror $(SHARED) -isystem $(B)/course/mingw/include $<
+	@touch $@
+
+# stb's headers alone: the others beside them are not those of Windows.
+$(B)/course/mingw/include/stb:
+	mkdir -p $(@D)
+	ln -sfn $(if $(LOCAL_FLAGS),$(abspath $(LOCAL)/stb),/usr/include/stb) $@
 
 # Listings are the code between marks, and figures what programs print: see listings.awk and figures.awk there.
 COURSE_PRINTED = $(COURSE_PROGRAMS:%=out/course/%.txt) $(COURSE_CHECKS:%=out/course/%_check.txt)

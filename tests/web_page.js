@@ -487,10 +487,32 @@ async function links() {
     check(`control: not ${hash}`, !await leads({ hash, title }, 3000));
 }
 
+// What a visitor reads first, and where the links at the foot lead.
+async function texts() {
+  console.log("texts and links");
+  const page = await open("#mode=rcs&size=256x256");
+  const first = (await text(page, "#about")).trim().replace(/\s+/g, " ").split(". ")[0], plain = (words) => !/pktrt|WebAssembly|packet|header|bits/.test(words);
+  check("the first sentence says in plain words what the page does", /^This page draws/.test(first) && plain(first), first);
+  check("control: not one for those who know", !plain("A packet ray tracer in one C header"));
+  const links = await page.$$eval("footer a", (all) => all.map((it) => it.href));
+  const reads = async (link, pattern) => {
+    const answer = await fetch(link);
+    return answer.ok && pattern.test(await answer.text());
+  };
+  for (const [name, pattern] of [["project.txt", /^# pktrt\.h\n[^]*## Licence/], ["course.txt", /The course[^]*Interval/i],
+    ["pktrt.h", /PKTRT_IMPLEMENTATION/], ["licence.txt", /^\s*This software is available under two licences[^]*MIT[^]*domain/]])
+    check(`the foot leads to ${name}`, links.includes(`${url}/${name}`) && await reads(`${url}/${name}`, pattern));
+  check("the licence is text alone", !await reads(`${url}/licence.txt`, /\*\/|>>/));
+  check("and to the paper", links.some((link) => link === "https://graphicsinterface.org/proceedings/gi2007/gi2007-24/"));
+  check("control: not to a text that is missing", !await reads(`${url}/licences.txt`, /./));
+  await page.close();
+}
+
 async function quick() {
   console.log("time and memory");
   const packed = (name) => zlib.gzipSync(fs.readFileSync(path.join(folder, name))).length;
-  const bytes = fs.readdirSync(folder).reduce((sum, name) => sum + packed(name), 0);
+  const loaded = fs.readdirSync(folder).filter((name) => /\.(html|css|js|wasm)$/.test(name));
+  const bytes = loaded.reduce((sum, name) => sum + packed(name), 0);
   check(`less than ${MOST_BYTES / 1e6} MB to load, compressed`, bytes < MOST_BYTES, `${(bytes / 1e6).toFixed(2)} MB`);
   await checkTime(`the first picture comes within ${SECONDS_TO_FIRST} s`, async () => {
     const page = await open("");
@@ -584,7 +606,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, links, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, links, texts, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

@@ -487,6 +487,47 @@ async function links() {
     check(`control: not ${hash}`, !await leads({ hash, title }, 3000));
 }
 
+// The table of ways of tracing: {way: [milliseconds, rays, nodes, boxes, triangles]}, the way as "paper: all 8 x 8".
+const waysTried = (page) => page.$$eval("#tried tbody tr", (rows) => Object.fromEntries(rows.map((row) => {
+  const [path, packets, ...figures] = [...row.cells].map((it) => it.textContent);
+  return [`${path} ${packets}`, figures.map((it) => Number(it.replace(/,/g, "")))];
+})));
+
+async function paths() {
+  console.log("ways of tracing");
+  const page = await open("#scene=poolhall&mode=wrt&size=256x256");
+  const fast = await firstPicture(page);
+  const timed = (way) => page.waitForFunction((of) => [...document.querySelectorAll("#tried tbody tr")].some((row) =>
+    `${row.cells[0].textContent} ${row.cells[1].textContent}` === of && Number(row.cells[2].textContent) > 0),
+    { timeout: 120000 }, way);
+  await timed("fast 8 x 8");
+  for (const [path, packet, steps, way] of [["paper", "8", "all", "paper: all 8 x 8"], ["paper", "2", "all", "paper: all 2 x 2"],
+    ["paper", "8", "none", "paper: none 8 x 8"], ["single", "8", "none", "single -"]]) {
+    const one = await pictureAfter(page, async () => {
+      for (const [id, value] of [["path", path], ["packet", packet], ["steps", steps]])
+        if (await page.$eval(`#${id}`, (it) => it.value) !== value && (id !== "steps" || path === "paper")) await page.select(`#${id}`, value);
+    });
+    await timed(way);
+    check(`${way}: the same floats`, one.checksum === fast.checksum);
+  }
+  const ways = await waysTried(page), told = (way) => `${ways[way].join(", ")}`;
+  const said = execFileSync(`${bin}/render`, ["--scene", "poolhall", "--mode", "wrt", "--size", "256x256", "--spp", "2", "--path",
+    "paper", "--no-progress"], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+  const [, rays, boxes, triangles] = /^ *all +(\d+) +\S+ +\S+ +(\S+) +(\S+)/m.exec(said).map(Number);
+  const near = (x, y) => Math.abs(x / y - 1) < 0.02;
+  const counts = (way) => ways[way][1] === rays && near(ways[way][3], boxes) && near(ways[way][4], triangles);
+  check("the paper's path does the work that build/render counts", counts("paper: all 8 x 8"), told("paper: all 8 x 8"));
+  check("control: without its steps it does other work", !counts("paper: none 8 x 8"), told("paper: none 8 x 8"));
+  check("smaller packets open more nodes", ways["paper: all 2 x 2"][2] > 3 * ways["paper: all 8 x 8"][2], told("paper: all 2 x 2"));
+  check("the fast path counts rays alone", ways["fast 8 x 8"][1] === rays && !(ways["fast 8 x 8"][3] > 0), told("fast 8 x 8"));
+  await page.focus("#picture");
+  await pictureAfter(page, () => page.keyboard.press("ArrowLeft"));
+  check("of another view the table begins anew", Object.keys(await waysTried(page)).length <= 1);
+  await checkLook(page, "the page with the table");
+  await page.screenshot({ path: "out/web-paths.png", fullPage: true });
+  await page.close();
+}
+
 // What a visitor reads first, and where the links at the foot lead.
 async function texts() {
   console.log("texts and links");
@@ -606,7 +647,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, links, texts, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, links, paths, texts, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

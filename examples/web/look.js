@@ -6,6 +6,7 @@
 // what was asked for alone, not on who made it or when.
 import { byId, given, moduleCode } from "./page.js";
 import { modelOf } from "./files.js";
+import { stepsOf, stepsText } from "./walk_data.js";
 
 const SAMPLES = 2; // of a pixel and pass: a single one would lie in the middle each time, but in DRT
 const MOST_PASSES = 128;
@@ -19,7 +20,7 @@ const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKT
 
 const control = Object.fromEntries(
   ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "faint", "packet", "workers",
-    "over", "strength", "files", "up"].map((id) => [id, byId(id)]));
+    "over", "strength", "files", "up", "path", "steps"].map((id) => [id, byId(id)]));
 const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
 const show = (id, text) => { byId(id).textContent = text; };
@@ -223,8 +224,10 @@ function beginJob(width, height, samples, pass) {
     focus: number("focus"), time: number("time"), shutter: control.mode.value === "drt" ? number("shutter") : 0,
     mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
     attenuation: pass < 0 && control.faint.checked ? FAINT : 0,
+    path: control.path.selectedIndex, steps: steps(), counted: Number(pass === 0), // which takes time: not in the others
   };
-  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false };
+  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false, spent: 0,
+    work: pass === 0 ? [0, 0, 0, 0] : null, way: wayOf(common) };
   job.bands = cut(height, Math.max(expected / BAND_MS, pass < 0 ? workers.length : 2 * workers.length))
     .map((band) => ({ ...common, ...band }));
   job.left = job.bands.length;
@@ -256,7 +259,7 @@ function encode(image, y, values, from, count, factor) {
   }
 }
 
-function takeBand(job, { band, pixels, cost, built, posing, rendering }) {
+function takeBand(job, { band, pixels, cost, work: done, built, posing, rendering }) {
   const { width, height, pass, image } = job, first = band.y * width, n = band.rows * width;
   msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
   for (let i = Math.ceil((64 * band.y) / height); i < (64 * (band.y + band.rows)) / height; i++)
@@ -264,6 +267,8 @@ function takeBand(job, { band, pixels, cost, built, posing, rendering }) {
   if (built) job.built = true; // which is no measure of what fits into a frame
   else if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
   if (cost) job.cost.set(cost, first);
+  job.spent += rendering;
+  if (done) job.work = job.work.map((x, i) => x + done[i]);
   if (pass < 0) encode(image, band.y, pixels, 0, n, 1);
   else {
     for (let i = 0, at = 3 * first, from = 0; i < n; i++, at += 3, from += 3) {
@@ -297,6 +302,7 @@ function finish(done) {
   } else if (!done.built) adapt(PREVIEW_MS / (now - alone));
   layOver(done);
   showFigures(done);
+  if (done.pass >= 0) noteWay(done);
 }
 
 // As many pixels as fit; a size that is about right stays, else it would never be at rest.
@@ -392,6 +398,58 @@ function layOver(done) {
   }
 }
 
+// --- ways of tracing, and what each has cost ---
+
+const stepBoxes = [...document.querySelectorAll("[name=step]")];
+const steps = () => stepBoxes.reduce((bits, box) => bits | (box.checked ? Number(box.value) : 0), 0) || stepsOf("none");
+const PATH_NOTES = {
+  fast: "It chooses packets by itself: their size here only says in which order pixels are taken.",
+  paper: "A packet goes down the tree as one. What it decides about a box, it decides for all its rays.",
+  single: "Each ray goes down the tree by itself, whatever the size of packets.",
+};
+
+function setSteps(bits) {
+  for (const box of stepBoxes) box.checked = (bits & Number(box.value)) !== 0;
+  const text = stepsText(bits);
+  control.steps.value = [...control.steps.options].some((one) => one.value === text) ? text : "some";
+}
+
+function showPath() {
+  byId("paper-only").hidden = control.path.value !== "paper";
+  show("path-note", PATH_NOTES[control.path.value]);
+}
+
+// Names a way of tracing, and what the picture is beside that: {name, packets, picture}. null where things are counted that
+// take time, or move.
+function wayOf({ pass, counted, packet, path, steps: bits, ...rest }) {
+  if (rest.cost || control.animate.checked) return null;
+  const name = control.path.value + (control.path.value === "paper" ? `: ${stepsText(bits)}` : "");
+  return { name, packets: control.path.value === "single" ? "-" : `${packet} x ${packet}`, picture: JSON.stringify([wanted(), rest]) };
+}
+
+let tried = [], triedPicture = ""; // ways, the latest last; of which picture
+
+// A pass is whole: the first tells how much work it was, the others how long it takes.
+function noteWay({ way, pass, work: counts, spent }) {
+  if (!way) return;
+  if (way.picture !== triedPicture) tried = [];
+  triedPicture = way.picture;
+  let one = tried.find((other) => other.name === way.name && other.packets === way.packets);
+  if (!one) tried.push(one = { ...way, ms: Infinity, counts: null });
+  if (pass === 0) one.counts = counts;
+  else one.ms = Math.min(one.ms, spent);
+  const cell = (kind, text, scope = {}) => Object.assign(document.createElement(kind), { textContent: text, ...scope });
+  byId("tried").hidden = false;
+  document.querySelector("#tried tbody").replaceChildren(...tried.map((row) => {
+    const tr = document.createElement("tr"), [rays, ...rest] = row.counts ?? [0, 0, 0, 0];
+    if (row === one) tr.setAttribute("aria-current", "true");
+    tr.append(cell("th", row.name, { scope: "row" }), cell("td", row.packets),
+      cell("td", row.ms < Infinity ? row.ms.toFixed(row.ms < 100 ? 1 : 0) : "-"), cell("td", rays.toLocaleString("en")),
+      ...rest.map((x) => cell("td", x > 0 ? (x / rays).toFixed(2) : "-")));
+    return tr;
+  }));
+}
+
 // --- figures ---
 
 let labelledAt = 0;
@@ -420,6 +478,7 @@ function showNumbers() {
   for (const output of document.querySelectorAll("#controls output"))
     output.textContent = Number(byId(output.htmlFor[0]).value).toFixed(output.htmlFor[0] === "strength" ? 2 : 3)
       .replace(/\.?0+$/, "");
+  showPath();
   byId("drt-only").classList.toggle("off", control.mode.value !== "drt");
   overlay.style.opacity = control.strength.value;
 }
@@ -531,12 +590,13 @@ function fit() {
 
 // --- what the user does ---
 
-const resettable = ["mode", "time", "aperture", "focus", "shutter", "light", "packet", "over", "strength"];
+const resettable = ["mode", "time", "aperture", "focus", "shutter", "light", "packet", "over", "strength", "path", "steps"];
 let atStart = null; // their values
 
 function reset() {
   if (!firstCamera) return;
   for (const id of resettable) control[id].value = atStart[id];
+  setSteps(stepsOf(atStart.steps));
   control.aperture.value = firstCamera.aperture;
   control.focus.value = firstCamera.focus || Math.hypot(...sub(firstCamera.eye, firstCamera.target));
   control.animate.checked = false;
@@ -588,6 +648,7 @@ const keys = {
   o: () => move(zoom, 1 / 0.9),
   m: () => next("mode"),
   p: () => next("packet"),
+  t: () => next("path"),
   c: () => next("over"),
   " ": () => control.animate.click(),
   "+": () => step("aperture", 0.01, true),
@@ -648,6 +709,8 @@ byId("controls").addEventListener("change", ({ target }) => {
   showNumbers();
   if ([control.strength, control.files, control.up].includes(target)) return;
   labelledAt = 0;
+  if (target === control.steps && target.value !== "some") setSteps(stepsOf(target.value));
+  if (stepBoxes.includes(target)) setSteps(steps());
   if (target === control.animate) ticked = performance.now();
   if (target === control.workers) {
     setWorkers(number("workers"));
@@ -678,7 +741,9 @@ for (let i = 1; i <= most; i++) control.workers.add(new Option(i, i));
 control.workers.value = Math.min(most, Number(given.get("workers")) || most);
 if (!given.has("size"))
   control.size.value = picture.parentElement.clientWidth * devicePixelRatio < 600 ? "320x240" : "640x480";
+setSteps(stepsOf(given.get("steps") ?? "all"));
 atStart = Object.fromEntries(resettable.map((id) => [id, control[id].value]));
+atStart.steps = stepsText(steps());
 ticked = performance.now();
 fit();
 showNumbers();

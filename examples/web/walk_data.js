@@ -97,11 +97,11 @@ export function words(thing, kind) {
 export const clamp = (x, lo, hi) => Math.min(Math.max(x, lo), hi);
 
 // Reads steps: "all", "2007", "none", or names with + between them. Without any: 64, as the library has it.
-function stepsOf(text) {
+export function stepsOf(text) {
   if (text in PRESETS) return PRESETS[text];
   return text.split(/[+ ]/).reduce((bits, name) => bits | (STEPS[name] || 0), 0) || PRESETS.none;
 }
-function stepsText(bits) {
+export function stepsText(bits) {
   const preset = Object.keys(PRESETS).find((name) => PRESETS[name] === bits);
   return preset || Object.keys(STEPS).filter((name) => bits & STEPS[name]).join("+");
 }

@@ -16,6 +16,7 @@ static struct {
   double time, shutter;
   pktrt_render_desc view; /* but for what a band brings along */
   float *cost;            /* of each pixel */
+  pktrt_stats stats;      /* of the latest band, if web_settings asked for them */
   const char *error;
 } web;
 
@@ -129,6 +130,14 @@ WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost, doub
   web.view.cost_of = (pktrt_cost)(cost ? cost - 1 : 0);
 }
 
+/* Path as in pktrt_path, steps of the paper's path as in pktrt_paper_step, and whether web_work is to know of the next
+   bands. Where it is not, paths count nothing that they need not. */
+WEB_EXPORT void web_path(unsigned path, unsigned steps, unsigned counted) {
+  web.view.path = (pktrt_path)path;
+  web.view.paper_steps = steps;
+  web.view.stats = counted ? &web.stats : NULL;
+}
+
 /* Renders rows of a pass into their place. These are the passes of pktrt_render: their mean is its picture, but for the
    rounding of sums. A pass has another seed, as in >>tiles of the header; the page sums up passes by itself, for no
    worker sees all of a picture. */
@@ -138,6 +147,7 @@ WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsi
   view.camera.time = 0; /* the shutter is open from the first key to the last */
   view.camera.shutter = web.shutter > 0 ? 1 : 0;
   view.samples = samples;
+  memset(&web.stats, 0, sizeof web.stats);
   view.seed = pass * 0x9E3779B9u;
   return pktrt_render_tile(web.world, &view, 0, y, view.width, rows) == PKTRT_OK
              ? 0
@@ -149,6 +159,21 @@ WEB_EXPORT const float *web_pixels(void) { return web.view.pixels; }
 
 /* Boxes or triangles tested for a sample of each pixel, if web_settings asked for it. */
 WEB_EXPORT const float *web_cost(void) { return web.cost; }
+
+/* Of the latest band: rays of all types, nodes opened, tests of a ray against a box, and against a triangle. The fast path
+   counts rays alone. */
+WEB_EXPORT const double *web_work(void) {
+  static double told[4];
+  memset(told, 0, sizeof told);
+  for (int type = 0; type < PKTRT_RAY_TYPE_COUNT; type++) {
+    const pktrt_counts *c = &web.stats.by_type[type];
+    told[0] += (double)c->rays;
+    told[1] += (double)c->node_visits;
+    told[2] += (double)c->box_tests;
+    told[3] += (double)c->triangle_tests;
+  }
+  return told;
+}
 
 /* The scene's own camera: eye, target, vertical angle in degrees, aperture, focus. */
 WEB_EXPORT const float *web_first_camera(void) {

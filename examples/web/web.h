@@ -29,10 +29,12 @@ WEB_EXPORT int web_resize(unsigned width, unsigned height);
 WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double target_x, double target_y, double target_z,
     double aperture, double focus);
 WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost, double attenuation);
+WEB_EXPORT void web_path(unsigned path, unsigned steps, unsigned counted);
 WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsigned pass);
 WEB_EXPORT const float *web_first_camera(void);
 WEB_EXPORT const float *web_pixels(void);
 WEB_EXPORT const float *web_cost(void);
+WEB_EXPORT const double *web_work(void);
 WEB_EXPORT const char *web_scene_name(unsigned number);
 WEB_EXPORT double web_triangles(void);
 WEB_EXPORT const char *web_checksum(void);

@@ -27,6 +27,10 @@ function floats(pointer, count) {
   return module.HEAPF32.slice(pointer >> 2, (pointer >> 2) + count);
 }
 
+function doubles(pointer, count) {
+  return [...module.HEAPF64.slice(pointer >> 3, (pointer >> 3) + count)];
+}
+
 // Opens a scene of a number, or if there is one, a model as files.js makes it. One that cannot be opened leaves the scene
 // of before.
 function open({ scene, light, model }) {
@@ -57,12 +61,14 @@ function render(band) {
   const posed = performance.now();
   module._web_camera(...band.eye, ...band.target, band.aperture, band.focus);
   module._web_settings(band.mode, band.packet, band.cost, band.attenuation);
+  module._web_path(band.path, band.steps, band.counted);
   must(module._web_render_band(band.y, band.rows, band.samples, band.pass));
   const first = band.y * band.width, count = band.rows * band.width;
   return {
     band: { y: band.y, rows: band.rows },
     pixels: floats(module._web_pixels() + 12 * first, 3 * count),
     cost: band.cost ? floats(module._web_cost() + 4 * first, count) : null,
+    work: band.counted ? doubles(module._web_work(), 4) : null,
     built,
     posing: posed - begin,
     rendering: performance.now() - posed,

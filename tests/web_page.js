@@ -55,10 +55,10 @@ function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps
 // In the page, before its scripts: notes what is asked of workers and what they answer. `frames` counts whole previews; `picture`
 // is the latest first pass, `preview` the latest preview, `sums` what the canvas must show.
 function record() {
-  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null };
+  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null, costs: null };
   const asked = new Map();
   let job = { id: 0 };
-  function answered({ id, band, pixels }) {
+  function answered({ id, band, pixels, cost }) {
     const settings = asked.get(`${id} ${band.y}`), { width, height } = settings;
     asked.delete(`${id} ${band.y}`);
     if (id < job.id) return;
@@ -67,13 +67,19 @@ function record() {
     job.rows += band.rows;
     const pass = settings.samples > 1;
     if (pass && settings.pass === 0 && job.rows === band.rows)
-      noted.sums = { width, height, colour: new Float64Array(3 * width * height), count: new Uint8Array(height) };
+      noted.sums = { width, height, colour: new Float64Array(3 * width * height), count: new Uint8Array(height),
+        cost: new Float64Array(width * height) };
     if (pass && noted.sums) {
+      cost?.forEach((x, i) => noted.sums.cost[band.y * width + i] += x);
       pixels.forEach((x, i) => noted.sums.colour[3 * band.y * width + i] += x);
       for (let y = band.y; y < band.y + band.rows; y++) noted.sums.count[y]++;
     }
     if (noted.keep) noted.keep.push(Array.from(pixels.subarray(0, 20000)));
     if (job.rows < height) return;
+    if (pass && cost) { // of whole passes
+      const mean = Array.from(noted.sums.cost, (x) => x / (settings.pass + 1));
+      noted.costs = { samples: 2 * (settings.pass + 1), mean, first: settings.pass ? noted.costs?.first : mean };
+    }
     if (!pass) noted.frames++, noted.pixels += width * height, noted.preview = job;
     else if (settings.pass === 0) noted.picture = job;
   }
@@ -528,6 +534,43 @@ async function paths() {
   await page.close();
 }
 
+// What lies over the picture, against the heat of build/render: colours by the logarithm of the counts, from black to white.
+async function costs() {
+  console.log("costs laid over the picture");
+  const page = await open("#scene=rtrt&mode=wrt&size=256x256&path=paper&over=boxes"), file = path.join(os.tmpdir(), `web-heat-${process.pid}.pfm`);
+  await page.waitForFunction(() => noted.costs?.samples >= 8, { timeout: 120000 });
+  execFileSync(`${bin}/render`, ["--scene", "rtrt", "--mode", "wrt", "--size", "256x256", "--spp", "2", "--path", "paper", "--heat", "boxes",
+    "--no-progress", "-o", file], { stdio: "ignore" });
+  const bytes = fs.readFileSync(file), head = /^P[Ff]\n(\d+) (\d+)\n(\S+)\n/.exec(bytes.subarray(0, 40).toString("latin1"));
+  fs.rmSync(file);
+  const channels = bytes.subarray(0, 2).toString() === "PF" ? 3 : 1, counts = []; // rows from the lowest up
+  for (let y = 255; y >= 0; y--) for (let x = 0; x < 256; x++) counts.push(bytes.readFloatLE(head[0].length + 4 * channels * (256 * y + x)));
+  const now = await page.waitForFunction(() => Number(document.getElementById("samples").textContent) === noted.costs.samples && {
+    ...noted.costs, shown: [...document.getElementById("overlay").getContext("2d").getImageData(0, 0, 256, 256).data],
+    least: document.getElementById("legend-least").textContent, most: document.getElementById("legend-most").textContent,
+    ticks: [...document.querySelectorAll("#legend-scale span")].map((it) => [it.textContent, parseFloat(it.style.left)]),
+  }, { timeout: 60000 }).then((it) => it.jsonValue());
+  const equal = counts.filter((x, i) => Math.abs(x - now.first[i]) <= 0.02 * x + 1).length / counts.length;
+  check("boxes are counted as by build/render", equal > 0.98, `${(100 * equal).toFixed(1)}% of pixels`);
+  const besides = counts.filter((x, i) => i && Math.abs(x - now.first[i - 1]) <= 0.02 * x + 1).length / counts.length;
+  check("control: not those of the pixel beside it", besides < 0.9, `${(100 * besides).toFixed(1)}%`);
+  const number = (told) => Number(told.replace(/,/g, "")), { ticks, shown } = now, least = number(now.least), most = number(now.most);
+  const place = (x) => Math.log(x / least) / Math.log(most / least);
+  check("its legend goes from a power of ten up", Number.isInteger(Math.log10(least)) && most >= 10 * least, `${least} to ${most}`);
+  check("powers of ten are marked at the place of their logarithm", ticks.length > 0 && ticks.every(([told, at]) =>
+    Math.abs(at - 100 * place(number(told))) < 0.1), ticks.join(" "));
+  const heat = [[0, 0, 0], [35, 15, 95], [110, 25, 120], [205, 50, 70], [245, 125, 25], [250, 205, 70], [255, 255, 255]];
+  const colour = (part) => {
+    const at = 6 * Math.max(0, Math.min(1, part)), below = Math.min(5, Math.floor(at));
+    return heat[below].map((x, c) => x + (at - below) * (heat[below + 1][c] - x));
+  };
+  const good = (to) => now.mean.filter((x, i) => colour(to(x)).every((c, k) => Math.abs(c - shown[4 * i + k]) < 6)).length / counts.length;
+  check("pixels have the colours of these counts", good(place) > 0.9, `${(100 * good(place)).toFixed(1)}%`);
+  check("control: not those of a linear scale", good((x) => x / most) < 0.5, `${(100 * good((x) => x / most)).toFixed(1)}%`);
+  await page.screenshot({ path: "out/web-costs.png" });
+  await page.close();
+}
+
 // What a visitor reads first, and where the links at the foot lead.
 async function texts() {
   console.log("texts and links");
@@ -647,7 +690,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, links, paths, texts, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, links, paths, costs, texts, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

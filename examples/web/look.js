@@ -362,12 +362,13 @@ const heatCodes = Uint8ClampedArray.from({ length: 768 }, (_, i) => {
   return heat[below][i % 3] + (at - below) * (heat[below + 1][i % 3] - heat[below][i % 3]);
 });
 
-// What is white: 1, 2 or 5 times a power of ten, which about one pixel of 200 exceeds.
+// What is black and what is white of counts, which one pixel of 200 is below and exceeds: a power of ten from 1 on, and 1, 2
+// or 5 times one.
 function heatScale(values) {
-  const some = values.filter((_, i) => i % Math.ceil(values.length / 20000) === 0).sort();
-  const most = Math.max(1, some[some.length - 1 - Math.floor(some.length / 200)]);
-  const ten = 10 ** Math.floor(Math.log10(most));
-  return [1, 2, 5, 10].find((step) => step * ten >= most) * ten;
+  const some = values.filter((x, i) => i % Math.ceil(values.length / 20000) === 0).sort();
+  const few = Math.floor(some.length / 200), low = Math.max(1, some[few]), high = Math.max(2, some[some.length - 1 - few]);
+  const least = 10 ** Math.floor(Math.log10(low)), ten = 10 ** Math.floor(Math.log10(high));
+  return [least, Math.max(10 * least, [1, 2, 5, 10].find((step) => step * ten >= high) * ten)];
 }
 
 function paintHeat(values, width, height, place) {
@@ -382,20 +383,24 @@ function paintHeat(values, width, height, place) {
 
 // Shows what the user wants over the picture, of which it is the latest that is known.
 function layOver(done) {
-  const what = control.over.value, [least, most] = [byId("legend-least"), byId("legend-most")];
-  const there = what === "error" ? report !== null : done.cost !== null;
+  const cost = done.cost && done.pass >= 0 ? sums.cost.map((x) => x / passes) : done.cost; // of passes their mean
+  const what = control.over.value, there = what === "error" ? report !== null : cost !== null;
   overlay.hidden = byId("legend").hidden = !there;
   if (!there) return;
-  if (what === "error") {
-    paintHeat(report.below, done.width, done.height, (x) => (x > 0 ? (Math.log10(x) + 3) / 3 : 0));
-    least.textContent = "0.1%", most.textContent = "100%";
-    show("legend-what", "of the light around, logarithmic");
-  } else {
-    const scale = heatScale(done.cost);
-    paintHeat(done.cost, done.width, done.height, (x) => x / scale);
-    least.textContent = "0", most.textContent = scale.toLocaleString("en");
-    show("legend-what", `${what} tested for a sample`);
-  }
+  const [least, most] = what === "error" ? [0.001, 1] : heatScale(cost);
+  const place = (x) => (x > 0 ? Math.log(x / least) / Math.log(most / least) : 0);
+  const written = (x) => (what === "error" ? `${+(100 * x).toPrecision(2)}%` : Math.round(x).toLocaleString("en"));
+  paintHeat(what === "error" ? report.below : cost, done.width, done.height, place);
+  show("legend-least", written(least)), show("legend-most", written(most));
+  show("legend-what", what === "error" ? "of the light around, logarithmic"
+    : `${what} tested for a sample, logarithmic${control.path.value === "fast" ? "; each ray alone, for the fast path does not count" : ""}`);
+  const between = []; // the powers of ten between both ends
+  for (let x = 10 * least; x < 0.6 * most; x *= 10) between.push(x);
+  byId("legend-scale").replaceChildren(...between.map((x) => {
+    const tick = Object.assign(document.createElement("span"), { textContent: written(x) });
+    tick.style.left = `${100 * place(x)}%`;
+    return tick;
+  }));
 }
 
 // --- ways of tracing, and what each has cost ---

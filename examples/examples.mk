@@ -63,8 +63,10 @@ build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | 
 # What the page shows of a packet's walk, as text. stb's header, which walk.c includes and does not use, is among the system's.
 build/web/walk.o: WEB_CC += -idirafter /usr/include
 build/web/walk.o $(B)/walk_events: examples/web/walk.c examples/course/course.h examples/course/07_figure3.h
-$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o
+$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o $(B)/all/web.o $(B)/all/web_file.o
 	$(PROGRAM)
+$(B)/all/web.o $(B)/all/web_file.o: $(B)/all/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | $(B)/all
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -c $< -o $@
 
 $(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
 	cp $< $@

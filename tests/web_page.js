@@ -466,6 +466,70 @@ async function walk() {
   await dark.close();
 }
 
+// A click on the picture: the packet of that pixel, in that scene as it is seen, goes down the tree of the other tab.
+async function pick() {
+  console.log("from a pixel to its walk");
+  const page = await open("#scene=rtrt&mode=rcs&size=640x480&time=0.25&packet=4");
+  await firstPicture(page);
+  await page.focus("#picture");
+  const { settings } = await pictureAfter(page, () => page.keyboard.press("ArrowLeft"));
+  const box = await (await page.$("#picture")).boundingBox(), [x, y] = [335, 270]; // a pixel, in the middle of which one clicks
+  await page.mouse.click(box.x + (x + 0.5) * box.width / 640, box.y + (y + 0.5) * box.height / 480);
+  await eventShown(page, "1");
+  const hash = await page.evaluate(() => location.hash), named = new URLSearchParams(hash.slice(6));
+  const numbers = (name) => named.get(name).split(",").map(Number);
+  check("a click opens the walk of the packet that has the pixel", named.get("x") === "332" && named.get("y") === "268" && named.get("size") === "4" &&
+    named.get("picture") === "640x480", hash);
+  const near = (a, b) => a.every((v, i) => Math.abs(v - b[i]) < 1e-4);
+  check("it is seen from where the picture is", near(numbers("eye"), settings.eye) && near(numbers("target"), settings.target));
+  const events = (at) => nativeWalk(2, 0, 4, at, 268, 1, 0, 63, 2, 640, 480, settings.time, ...numbers("eye"), ...numbers("target")).events;
+  const kinds = await page.evaluate((of) => {
+    const said = [];
+    for (let i = 0; i < of; i++) {
+      said.push(document.querySelector(".walk-sentence").textContent);
+      document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+    }
+    return said;
+  }, events(332).length);
+  // What build/walk_events says of it, by what each sentence must have: what it is about, and how many rays are tested.
+  const must = (e) => [/is opened/, /the first active one/, /interval/, /four planes/, /first to hit/, /misses it/, /is met by/, /hits triangle/,
+    /all its rays/, /range ends/, /meets? the triangles/, /is over/][e.kind];
+  const same = (list) => list.length === kinds.length && list.every((e, i) => must(e).test(kinds[i]) && (e.kind !== 7 || kinds[i].includes(`triangle ${e.triangle} `)));
+  check("it is the walk of build/walk_events in that scene", events(332).length > 20 && same(events(332)), `${kinds.length} events`);
+  check("control: not that of a packet further on", !same(events(372)));
+  await page.waitForFunction((n) => location.hash.includes(`event=${n}&`), { timeout: 60000 }, kinds.length);
+  const opens = await page.evaluate(() => location.hash);
+  const drawn = () => page.$eval(".walk-view", (it) => it.toDataURL());
+  const before = await drawn();
+  await page.click("[name=walk-mesh]");
+  check("what the camera sees is drawn around it", before !== await drawn());
+  await page.click("[name=walk-mesh]");
+  await checkLook(page, "the walk in a scene of the first tab");
+  await page.screenshot({ path: "out/web-pick.png", fullPage: true });
+  await page.select("[name=walk-packet]", "mirror");
+  await eventShown(page, "[0-9]+");
+  check("its reflections walk, too", /[1-9][0-9]* rays?,/.test(await text(page, ".walk-count")), await text(page, ".walk-count"));
+  await page.close();
+  const again = await open(opens);
+  await eventShown(again, "[0-9]+");
+  check("the address leads there again", (await text(again, ".walk-sentence")) === kinds[kinds.length - 1], opens);
+  await again.close();
+  const dragged = await open("#scene=rtrt&mode=rcs&size=256x256");
+  await firstPicture(dragged);
+  const [cx, cy] = await middle(dragged, "#picture");
+  await dragged.mouse.move(cx, cy);
+  await dragged.mouse.down();
+  await dragged.mouse.move(cx + 40, cy + 5, { steps: 4 });
+  await dragged.mouse.up();
+  check("control: who drags stays in the picture", await dragged.$eval("#walk", (it) => it.hidden));
+  await pictureAfter(dragged, () => dragged.click("#animate"), "preview");
+  await dragged.focus("#picture");
+  await dragged.keyboard.press("w");
+  await eventShown(dragged, "1");
+  check("W leads to the packet in the middle", /x=128&y=128/.test(await dragged.evaluate(() => location.hash)));
+  await dragged.close();
+}
+
 // Opens a link of the course: whether the page says its title in sight, with controls and address as the link has them.
 async function leads({ hash, title }, timeout = 20000) {
   const page = await open(hash);
@@ -690,7 +754,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, links, paths, costs, texts, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, pick, links, paths, costs, texts, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

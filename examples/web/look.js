@@ -6,7 +6,7 @@
 // what was asked for alone, not on who made it or when.
 import { byId, given, moduleCode } from "./page.js";
 import { modelOf } from "./files.js";
-import { stepsOf, stepsText } from "./walk_data.js";
+import { hashOf, stepsOf, stepsText, tidy, WALK_DEFAULTS } from "./walk_data.js";
 
 const SAMPLES = 2; // of a pixel and pass: a single one would lie in the middle each time, but in DRT
 const MOST_PASSES = 128;
@@ -654,6 +654,7 @@ const keys = {
   m: () => next("mode"),
   p: () => next("packet"),
   t: () => next("path"),
+  w: () => pick(...size().map((of) => Math.floor(of / 2))),
   c: () => next("over"),
   " ": () => control.animate.click(),
   "+": () => step("aperture", 0.01, true),
@@ -673,18 +674,36 @@ picture.addEventListener("keydown", (event) => {
   action(event);
 });
 
+// Shows the walk of the packet that has a pixel, in the other tab. Numbers are rounded as floats, which they become.
+function pick(x, y) {
+  if (!camera) return;
+  const side = number("packet"), text = (point) => point.map((one) => +one.toPrecision(7)).join();
+  location.hash = hashOf(tidy({ ...WALK_DEFAULTS, scene: control.scene.value, size: side, x: x - (x % side), y: y - (y % side),
+    view: "3d", steps: control.path.value === "paper" ? steps() : stepsOf("all"), picture: control.size.value,
+    eye: text(camera.eye), target: text(camera.target), time: +number("time").toFixed(4), light: number("light") }));
+}
+export const modelShown = () => (isModel() ? model : null);
+
 const pointers = new Map(); // those that are down: where, and with which button
 
 picture.addEventListener("pointerdown", (event) => {
   picture.focus({ preventScroll: true });
   picture.setPointerCapture(event.pointerId);
-  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, sideways: event.button > 0 || event.shiftKey });
+  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, sideways: event.button > 0 || event.shiftKey,
+    still: pointers.size === 0 && event.button === 0 && !event.shiftKey && [event.clientX, event.clientY] });
 });
-for (const end of ["pointerup", "pointercancel"])
-  picture.addEventListener(end, (event) => pointers.delete(event.pointerId));
+picture.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
+picture.addEventListener("pointerup", (event) => {
+  const { still } = pointers.get(event.pointerId) ?? {}, seat = picture.getBoundingClientRect(), [width, height] = size();
+  pointers.delete(event.pointerId);
+  const to = (at, of) => Math.max(0, Math.min(of - 1, Math.floor(at * of)));
+  if (still) pick(to((event.clientX - seat.left) / seat.width, width), to((event.clientY - seat.top) / seat.height, height));
+});
 picture.addEventListener("pointermove", (event) => {
   const at = pointers.get(event.pointerId), height = picture.clientHeight;
   if (!at || !camera) return;
+  if (at.still && pointers.size === 1 && Math.hypot(event.clientX - at.still[0], event.clientY - at.still[1]) < 5) return;
+  for (const one of pointers.values()) one.still = false;
   const right = (event.clientX - at.x) / height, up = (event.clientY - at.y) / height;
   const other = [...pointers.values()].find((one) => one !== at);
   const before = other && Math.hypot(at.x - other.x, at.y - other.y);

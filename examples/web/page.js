@@ -26,6 +26,13 @@ for (const tab of tabs) {
   });
 }
 
+// The address is of one tab; that of the first has no name in it, or none.
+addEventListener("hashchange", () => {
+  const named = /^#walk\b/.test(location.hash) ? "walk" : "look";
+  const tab = tabs.find((one) => one.getAttribute("aria-controls") === named);
+  if (tab.getAttribute("aria-selected") !== "true") showTab(tab);
+});
+
 // Compiles the module once for all who want an instance of it, workers and the page itself.
 let compiled = null;
 export function moduleCode() {

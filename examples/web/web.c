@@ -14,6 +14,7 @@ static struct {
   bool from_file;     /* the world is a model that stands still; of the built-in scene the camera alone is there */
   double triangles;
   double time, shutter;
+  pktrt_isa isa;
   pktrt_render_desc view; /* but for what a band brings along */
   float *cost;            /* of each pixel */
   pktrt_stats stats;      /* of the latest band, if web_settings asked for them */
@@ -22,6 +23,28 @@ static struct {
 
 pktrt_scene *web_scene(void) { return web.world; }
 const pktrt_render_desc *web_view(void) { return &web.view; }
+
+void web_use_isa(pktrt_isa isa) { web.isa = isa; }
+
+void web_light(float at[3]) {
+  const scene *const s = &web.built_in;
+  for (int a = 0; web.from_file && a < 3; a++) at[a] = (float)web_model_light[a];
+  if (web.from_file) return;
+  for (size_t i = 0; i < s->light_count; i++) {
+    const pktrt_light *l = &s->lights[i];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) continue;
+    for (int a = 0; a < 3; a++) {
+      if (l->kind != PKTRT_LIGHT_MESH) at[a] = l->position[a] + (l->edge[0][a] + l->edge[1][a]) / 2;
+      else {
+        const scene_mesh *const m = &s->meshes[l->mesh];
+        double sum = 0;
+        for (uint32_t v = 0; v < m->vertex_count; v++) sum += (double)m->positions[3 * v + (uint32_t)a];
+        at[a] = (float)(sum / m->vertex_count);
+      }
+    }
+    return;
+  }
+}
 
 static int fail(const char *sentence) {
   web.error = sentence;
@@ -43,6 +66,7 @@ static int build(double time, double shutter) {
   pktrt_scene_desc desc;
   memset(&desc, 0, sizeof desc);
   desc.rebuild = PKTRT_REBUILD_AUTOMATIC;
+  desc.isa = web.isa;
   pktrt_scene_destroy(web.world);
   web.world = pktrt_scene_create(&desc);
   if (!web.world) return fail(pktrt_last_error(NULL));

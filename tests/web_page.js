@@ -104,10 +104,11 @@ const complaints = []; // of all pages
 const hosts = new Set();
 let browser = null;
 
-async function open(hash, { width = 1280, height = 900, touch = false, dark = false } = {}) {
+async function open(hash, { width = 1280, height = 900, touch = false, dark = false, tour = false } = {}) {
   const page = await browser.newPage();
   await page.setViewport({ width, height, hasTouch: touch });
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" },
+    { name: "prefers-reduced-motion", value: tour ? "no-preference" : "reduce" }]);
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(error.message));
   page.on("requestfailed", (request) => complaints.push(`${request.url()}: ${request.failure().errorText}`));
@@ -466,6 +467,141 @@ async function walk() {
   await dark.close();
 }
 
+// The tour of the second tab, and whether its controls are in sight at once.
+async function tour() {
+  console.log("the tour");
+  const inSight = (page, selector) => page.$$eval(selector, (all) => all.filter((it) => it.offsetParent &&
+    it.getBoundingClientRect().bottom > innerHeight).map((it) => it.dataset.do || it.name || it.value || it.className));
+  const captions = (page) => page.evaluate(() => new Promise((done) => {
+    const told = [], caption = document.querySelector(".walk-caption");
+    const look = setInterval(() => {
+      if (!caption.hidden && caption.textContent && told[told.length - 1] !== caption.textContent) told.push(caption.textContent);
+      if (caption.hidden) clearInterval(look), done(told);
+    }, 50);
+  }));
+  for (const [width, height, controls] of [[1280, 800, "#walk :is(.walk-stage, .walk-side) :is(button, input, select, summary)"],
+    [390, 844, ".walk-stage :is(button, input, select, summary)"]]) {
+    const page = await open("#mode=rcs&size=256x256", { width, height, touch: width < 500, tour: true });
+    await firstPicture(page);
+    await page.click("#tab-walk");
+    await page.waitForFunction(() => !document.querySelector(".walk-caption").hidden, { timeout: 60000 });
+    check(`${width} x ${height}: the tab begins in 3D, with a tour`, await page.$eval("[name=walk-view]:checked", (it) => it.value) === "3d",
+      await text(page, ".walk-caption"));
+    await page.screenshot({ path: `out/web-tour-${width}.png` });
+    const below = await inSight(page, controls);
+    check(`${width} x ${height}: no control is below the fold`, below.length === 0, below.join(", "));
+    if (width === 1280) {
+      await page.evaluate(() => document.querySelector(".walk-stage").prepend(Object.assign(document.createElement("div"), { style: "height: 400px" })));
+      check("control: where there is less room, some are", (await inSight(page, controls)).length > 5);
+    }
+    const looks = () => page.$eval(".walk-view", (it) => it.toDataURL()), before = await looks();
+    await new Promise((done) => setTimeout(done, 1000));
+    check("it moves by itself", await looks() !== before);
+    if (width === 390) await page.touchscreen.tap(...await middle(page, ".walk-view"));
+    else await page.mouse.click(...await middle(page, ".walk-view"));
+    check("the first touch ends it", await page.$eval(".walk-caption", (it) => it.hidden));
+    const after = await looks();
+    await new Promise((done) => setTimeout(done, 700));
+    check("then it is still", await looks() === after);
+    if (width === 1280) {
+      await page.click("[data-do=tour]");
+      const told = await captions(page), said = await text(page, ".walk-sentence");
+      check("it can be played again, to its end", told.length === 4 && /^Event (\d+) of \1\. The walk is over/.test(said), told.join(" | "));
+      const count = (words) => Number(words.replace(/,/g, "")), [, took, all] = /took ([\d,]+) tests .* taken ([\d,]+)\./.exec(told[3]).map(count);
+      const events = nativeWalk(0, 0, 8, 96, 32, 1, 0, 63).events, end = events[events.length - 1];
+      check("what it says at the end is so", took === end.triangles && all > 10 * took && all % 64 === 0, `${took} of ${all}`);
+      await page.click("[data-do=tour]");
+      await page.keyboard.press("Escape");
+      check("a key ends it", await page.$eval(".walk-caption", (it) => it.hidden));
+    }
+    await page.close();
+  }
+  const calm = await open("#walk");
+  await eventShown(calm, "1");
+  check("control: whoever asks for less motion has no tour", await calm.$eval(".walk-caption", (it) => it.hidden) &&
+    await calm.$eval("[name=walk-view]:checked", (it) => it.value) === "3d");
+  await calm.close();
+  const page = await open("#walk?steps=none&event=142", { tour: true });
+  await eventShown(page, "142");
+  check("control: nor has an address that names a state", await page.$eval(".walk-caption", (it) => it.hidden));
+  await page.close();
+}
+
+// What is seen is in the address, and the browser's button goes back.
+async function addresses() {
+  console.log("addresses");
+  const page = await open("#mode=rcs&size=256x256"), hash = (of = page) => of.evaluate(() => location.hash);
+  const hashHas = (pattern, of = page) => of.waitForFunction((it) => new RegExp(it).test(location.hash), { timeout: 60000 }, pattern.source)
+    .then(() => true, () => false);
+  const first = await firstPicture(page);
+  check("an address that one comes with stays as it is", await hash() === "#mode=rcs&size=256x256");
+  await page.focus("#picture");
+  for (const key of ["ArrowLeft", "i"]) await pictureAfter(page, () => page.keyboard.press(key));
+  const seen = await pictureAfter(page, () => page.select("#path", "paper"));
+  check("it follows the camera and the controls", await hashHas(/^#mode=rcs&size=256x256&path=paper.*eye=.*&target=/), await hash());
+  const moved = await hash(), again = await open(moved);
+  check("opened anew it shows the same picture, bit for bit", (await firstPicture(again)).checksum === seen.checksum);
+  check("control: another one than at first", seen.checksum !== first.checksum);
+  await again.close();
+
+  const other = await pictureAfter(page, () => page.select("#scene", "rtrt"));
+  check("another scene has an address of its own", await hashHas(/^#scene=rtrt&mode=rcs/) && other.checksum !== seen.checksum, await hash());
+  const back = await pictureAfter(page, () => page.goBack());
+  check("back leads to the scene of before, as it was seen", await hash() === moved && back.checksum === seen.checksum);
+  check("control: the controls are those of before, too", await page.$eval("#scene", (it) => it.value) === "poolhall" &&
+    await page.$eval("#path", (it) => it.value) === "paper");
+  const forward = await pictureAfter(page, () => page.goForward());
+  check("forward leads to the other one", forward.checksum === other.checksum && await hashHas(/^#scene=rtrt/));
+  await pictureAfter(page, () => page.goBack());
+
+  await page.click("#tab-walk");
+  await eventShown(page, "1");
+  await page.click("[data-do=last]");
+  check("the other tab has an address, too", await hashHas(/^#walk\?.*event=/), await hash());
+  const tab = () => page.$eval("[role=tab][aria-selected=true]", (it) => it.id), last = await text(page, ".walk-sentence");
+  const shows = (name) => page.waitForFunction((it) => !document.getElementById(it).hidden, { timeout: 60000 }, name).then(() => true, () => false);
+  await page.evaluate(() => history.back());
+  check("back leads to the first tab", await shows("look") && await tab() === "tab-look" && await hash() === moved);
+  await page.evaluate(() => history.forward());
+  check("forward to the walk, where it was", await shows("walk") && await text(page, ".walk-sentence") === last);
+  await page.click("#tab-look");
+  check("a tab that is chosen brings its address", await hash() === moved);
+  await page.evaluate(() => { location.hash = "#scene=rtrt&mode=drt"; });
+  check("an address that is typed is followed", await page.waitForFunction(() => document.getElementById("mode").value === "drt" &&
+    document.getElementById("scene").value === "rtrt", { timeout: 60000 }).then(() => true, () => false));
+  await page.close();
+}
+
+async function fullscreen() {
+  console.log("fullscreen");
+  const page = await open("#scene=rtrt&mode=rcs&size=320x240&over=boxes");
+  await firstPicture(page);
+  const sizes = (selector) => page.$eval(selector, (it) => [it.getBoundingClientRect(), innerWidth, innerHeight]
+    .flatMap((x) => (typeof x === "number" ? x : [x.x, x.y, x.width, x.height])));
+  const fills = ([x, y, width, height, across, down], ratio) => (Math.abs(width - across) < 2 || Math.abs(height - down) < 2) && width < across + 2 &&
+    height < down + 2 && (!ratio || Math.abs(width / height - ratio) < 0.02) && Math.abs(2 * x + width - across) < 3 && Math.abs(2 * y + height - down) < 3;
+  const within = (full) => page.waitForFunction((it) => Boolean(document.fullscreenElement) === it, { timeout: 20000 }, full).then(() => true, () => false);
+  check("control: at first the picture does not fill the screen", !fills(await sizes("#picture"), 4 / 3));
+  await page.click("#fullscreen");
+  check("the button fills the screen with the picture", await within(true) && await page.waitForFunction(() => document.fullscreenElement &&
+    document.getElementById("picture").getBoundingClientRect().height > 0.9 * innerHeight, { timeout: 20000 }).then(() => true, () => false) &&
+    fills(await sizes("#picture"), 4 / 3), `${await sizes("#picture")}`);
+  check("what is laid over it lies over it", `${await sizes("#overlay")}` === `${await sizes("#picture")}`);
+  await page.screenshot({ path: "out/web-fullscreen.png" });
+  await page.focus("#picture");
+  await page.keyboard.press("f");
+  check("F ends it", await within(false) && !fills(await sizes("#picture"), 4 / 3));
+  await page.click("#tab-walk");
+  await eventShown(page, "1");
+  await page.click("[data-do=full]");
+  check("the walk can fill it, too", await within(true) && await page.waitForFunction(() => {
+    const { width, height } = document.querySelector(".walk-view").getBoundingClientRect();
+    return width === innerWidth && height > innerHeight - 2;
+  }, { timeout: 20000 }).then(() => true, () => false));
+  await page.evaluate(() => document.exitFullscreen());
+  await page.close();
+}
+
 // A click on the picture: the packet of that pixel, in that scene as it is seen, goes down the tree of the other tab.
 async function pick() {
   console.log("from a pixel to its walk");
@@ -754,7 +890,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, pick, links, paths, costs, texts, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, tour, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

@@ -4,7 +4,7 @@
 //
 // Pictures are made by workers, band by band (worker.js). This page sums up passes, and shows them. A band's floats depend on
 // what was asked for alone, not on who made it or when.
-import { byId, given, moduleCode } from "./page.js";
+import { addresses, byId, given, isWalk, moduleCode, setControl } from "./page.js";
 import { modelOf } from "./files.js";
 import { hashOf, stepsOf, stepsText, tidy, WALK_DEFAULTS } from "./walk_data.js";
 
@@ -140,15 +140,85 @@ function take(one, answer) {
 // A worker that was the last to hear of a scene may tell of one that is no longer wanted.
 function takeScene({ camera: told, triangles }) {
   if (cameraScene === wantedScene() || workers[0].scene !== wanted()) return;
-  const keep = cameraScene === "" ? given : new Map(); // what the address says counts once
+  const keep = address; // what it says counts once
+  address = new Map();
   kept = null;
   firstCamera = { eye: told.slice(0, 3), target: told.slice(3, 6), fov: told[6], aperture: told[7], focus: told[8] };
   cameraScene = wantedScene();
-  camera = { ...firstCamera };
-  if (!keep.has("aperture")) setNumber("aperture", told[7]);
-  if (!keep.has("focus")) setNumber("focus", told[8] || Math.hypot(...sub(camera.eye, camera.target)));
+  lookFrom(keep);
   show("triangles", triangles.toLocaleString("en"));
 }
+
+// --- the address ---
+
+// What is in it, beside eye and target. The lens is the scene's own if it is not named.
+const ADDRESSED = ["scene", "mode", "size", "path", "steps", "packet", "aperture", "focus", "shutter", "light", "time", "over", "strength",
+  "full", "faint"];
+let address = given;                               // what the next scene is to be seen like
+let written = isWalk() ? "" : location.hash;       // what stands there
+let addressed = {};                                // values of controls that need not be named
+let writing = 0;
+const valueOf = (id) => (control[id].type === "checkbox" ? String(Number(control[id].checked))
+  : id === "steps" ? stepsText(steps()) : control[id].value);
+const pointText = (point) => point.map((x) => +Math.fround(x).toPrecision(9)).join();
+const pointIn = (text) => {
+  const point = (text ?? "").split(",").map(Number);
+  return point.length === 3 && point.every((x) => Number.isFinite(x) && Math.abs(x) < 1e6) ? point : null;
+};
+
+// Looks at a scene as an address says, and where it says nothing as the scene does.
+function lookFrom(named) {
+  camera = { ...firstCamera };
+  const eye = pointIn(named.get("eye")), target = pointIn(named.get("target"));
+  if (eye && target && Math.hypot(...sub(eye, target)) > 0) Object.assign(camera, { eye, target });
+  const { aperture, focus } = firstCamera;
+  if (!named.has("aperture")) setNumber("aperture", aperture);
+  if (!named.has("focus")) setNumber("focus", focus || Math.hypot(...sub(camera.eye, camera.target)));
+  Object.assign(addressed, { ownAperture: control.aperture.value, ownFocus: control.focus.value });
+}
+
+// Of a scene that is not there yet: seen as it is at first. A model is gone when the page is, and has none.
+function addressNow() {
+  if (isModel()) return "";
+  const there = camera && cameraScene === wantedScene(), own = { ...addressed, aperture: addressed.ownAperture, focus: addressed.ownFocus };
+  const named = ADDRESSED.filter((id) => valueOf(id) !== own[id] && (there || !["aperture", "focus"].includes(id)))
+    .map((id) => `${id}=${valueOf(id)}`);
+  if (!there) return named.length ? `#${named.join("&")}` : "";
+  const same = (a, b) => pointText(a) === pointText(b);
+  if (!same(camera.eye, firstCamera.eye) || !same(camera.target, firstCamera.target))
+    named.push(`eye=${pointText(camera.eye)}`, `target=${pointText(camera.target)}`);
+  return named.length ? `#${named.join("&")}` : "";
+}
+
+// Writes the address when nothing has changed for a while: browsers count such calls.
+function writeAddress() {
+  clearTimeout(writing);
+  writing = setTimeout(() => writeNow("replaceState"), 300);
+}
+function writeNow(how) {
+  clearTimeout(writing), writing = 0;
+  if (section.hidden || control.animate.checked) return;
+  if (cameraScene !== wantedScene() && how === "replaceState") return writeAddress();
+  written = addressNow();
+  history[how](null, "", written || location.pathname + location.search);
+}
+addresses.look = () => written;
+
+addEventListener("hashchange", () => {
+  if (isWalk() || location.hash === written) return;
+  const named = new URLSearchParams(location.hash.slice(1)), before = control.size.value;
+  written = location.hash;
+  for (const id of ADDRESSED) setControl(id, named.get(id) ?? (id === "scene" ? "poolhall" : (addressed[id] || control[id].value)));
+  setSteps(stepsOf(named.get("steps") ?? "all"));
+  control.animate.checked = false;
+  if (control.size.value !== before) fit();
+  sayModel();
+  address = named;
+  if (cameraScene === wantedScene()) lookFrom(named), address = new Map();
+  showNumbers();
+  change();
+  clearTimeout(writing), writing = 0;
+});
 
 // --- pictures ---
 
@@ -170,6 +240,7 @@ function change() {
   passes = 0;
   report = null;
   feed();
+  writeAddress();
 }
 
 function begin() {
@@ -589,6 +660,7 @@ function fit() {
   for (const canvas of [picture, overlay]) canvas.width = width, canvas.height = height;
   const frame = picture.parentElement.style;
   frame.aspectRatio = `${width} / ${height}`;
+  frame.setProperty("--ratio", width / height);
   frame.maxWidth = `min(${2.5 * width}px, ${(76 * width) / height}vh)`;
   overlay.hidden = byId("legend").hidden = true;
 }
@@ -644,6 +716,13 @@ function move(how, ...by) {
   change();
 }
 
+function fillScreen() {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else picture.parentElement.requestFullscreen();
+}
+byId("fullscreen").hidden = !document.fullscreenEnabled;
+byId("fullscreen").addEventListener("click", fillScreen);
+
 const keys = {
   ArrowLeft: (e) => move(e.shiftKey ? pan : orbit, e.shiftKey ? -0.02 : -0.05, 0),
   ArrowRight: (e) => move(e.shiftKey ? pan : orbit, e.shiftKey ? 0.02 : 0.05, 0),
@@ -664,6 +743,7 @@ const keys = {
   ",": () => step("shutter", 0.001, false),
   r: reset,
   s: save,
+  f: fillScreen,
   h: () => { byId("keys-shown").open = !byId("keys-shown").open; },
 };
 
@@ -677,10 +757,11 @@ picture.addEventListener("keydown", (event) => {
 // Shows the walk of the packet that has a pixel, in the other tab. Numbers are rounded as floats, which they become.
 function pick(x, y) {
   if (!camera) return;
-  const side = number("packet"), text = (point) => point.map((one) => +one.toPrecision(7)).join();
+  const side = number("packet");
+  if (writing) writeNow("replaceState"); // so that one can go back here
   location.hash = hashOf(tidy({ ...WALK_DEFAULTS, scene: control.scene.value, size: side, x: x - (x % side), y: y - (y % side),
     view: "3d", steps: control.path.value === "paper" ? steps() : stepsOf("all"), picture: control.size.value,
-    eye: text(camera.eye), target: text(camera.target), time: +number("time").toFixed(4), light: number("light") }));
+    eye: pointText(camera.eye), target: pointText(camera.target), time: +number("time").toFixed(4), light: number("light") }));
 }
 export const modelShown = () => (isModel() ? model : null);
 
@@ -697,7 +778,7 @@ picture.addEventListener("pointerup", (event) => {
   const { still } = pointers.get(event.pointerId) ?? {}, seat = picture.getBoundingClientRect(), [width, height] = size();
   pointers.delete(event.pointerId);
   const to = (at, of) => Math.max(0, Math.min(of - 1, Math.floor(at * of)));
-  if (still) pick(to((event.clientX - seat.left) / seat.width, width), to((event.clientY - seat.top) / seat.height, height));
+  if (still && !document.fullscreenElement) pick(to((event.clientX - seat.left) / seat.width, width), to((event.clientY - seat.top) / seat.height, height));
 });
 picture.addEventListener("pointermove", (event) => {
   const at = pointers.get(event.pointerId), height = picture.clientHeight;
@@ -731,6 +812,7 @@ byId("controls").addEventListener("input", ({ target }) => {
 });
 byId("controls").addEventListener("change", ({ target }) => {
   showNumbers();
+  if (target === control.strength) writeAddress();
   if ([control.strength, control.files, control.up].includes(target)) return;
   labelledAt = 0;
   if (target === control.steps && target.value !== "some") setSteps(stepsOf(target.value));
@@ -745,6 +827,7 @@ byId("controls").addEventListener("change", ({ target }) => {
     jobs = [];
   }
   if (target === control.scene) {
+    writeNow("pushState"); // so that one can go back
     say(`Building: ${control.scene.selectedOptions[0].text}`);
     sayModel();
   }
@@ -768,6 +851,13 @@ if (!given.has("size"))
 setSteps(stepsOf(given.get("steps") ?? "all"));
 atStart = Object.fromEntries(resettable.map((id) => [id, control[id].value]));
 atStart.steps = stepsText(steps());
+// The values of the page's text, but for what is chosen for this screen.
+addressed = Object.fromEntries(ADDRESSED.map((id) => {
+  const one = control[id], options = [...one.options ?? []];
+  if (one.type === "checkbox") return [id, String(Number(one.defaultChecked))];
+  return [id, one.options ? (options.find((option) => option.defaultSelected) ?? options[0]).value : one.defaultValue];
+}));
+addressed.size = given.has("size") ? "" : control.size.value;
 ticked = performance.now();
 fit();
 showNumbers();

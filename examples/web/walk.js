@@ -3,7 +3,7 @@
 //   walk_start(section, module)   brings the section to life; module is a WebAssembly one with the exports of walk.c
 //
 // What is shown is in the address: see walk_data.js.
-import { byId, moduleCode } from "./page.js";
+import { addresses, byId, moduleCode } from "./page.js";
 import { modelShown } from "./look.js";
 import {
   along, brief, clamp, corner, E, figure, hashOf, leadsToFigure, makePacket, makeWorld, many, pointOf, PRESETS,
@@ -16,7 +16,10 @@ export function walk_start(section, module) {
   const all = (selector) => [...section.querySelectorAll(selector)];
   const [view, bar, strip, picture, slider, log, figureCanvas] =
     ["view", "bar", "strip", "picture", "slider", "log", "figure"].map((name) => find(`.walk-${name}`));
-  let state = stateOf(location.hash), world, rays, events, now, totals;
+  // Whoever comes without a state sees the walk in 3D.
+  const named = () => /^#walk\?/.test(location.hash);
+  const stateNamed = () => ({ ...stateOf(location.hash), ...(named() ? {} : { view: "3d" }) });
+  let state = stateNamed(), world, rays, events, now, totals;
   let zoom = 1, pan = [0, 0], yaw = 0.5, pitch = 0.45, timer = 0, colours = {};
   let fromBehind = 0.5; // the angle from which a scene of the first tab is seen at first
   const worlds = {};
@@ -343,6 +346,7 @@ export function walk_start(section, module) {
   let hashTimer = 0, hashWritten = "";
   function writeHash() { // not at once: browsers count such calls
     clearTimeout(hashTimer);
+    if (tour) return;
     hashTimer = setTimeout(() => {
       hashWritten = hashOf(state);
       if (section.offsetParent !== null) history.replaceState(null, "", hashWritten);
@@ -470,7 +474,59 @@ export function walk_start(section, module) {
     out: () => (zoom = Math.max(zoom / 1.4, 0.4), drawView()),
     fit: () => (turnBack(), drawView()),
     paper: () => change({ met: WALK_DEFAULTS.met }),
+    full: () => (document.fullscreenElement ? document.exitFullscreen() : find(".walk-frame").requestFullscreen()),
   };
+
+  // ---- the tour ----
+
+  let tour = null; // {began, frame} while it plays
+  const TOUR = [ // how long a part of it lasts, in milliseconds, and what it says
+    [4000, () => `These ${rays.length} rays start at an eye and go through neighbouring pixels. They travel together, as a packet.`],
+    [4000, () => "The scene's triangles lie in boxes, and these in larger boxes. That is the tree."],
+    [9000, () => "The packet walks down the tree. Where it misses a box, it skips all that is inside, for all rays at once."],
+    [6000, () => `At the end each ray has found what it hits. That took ${events[events.length - 1].triangles.toLocaleString("en")} tests ` +
+      `of a ray against a triangle. To test all would have taken ${(rays.length * world.boxes.reduce((sum, b) => sum + b.triangles, 0)).toLocaleString("en")}.`],
+  ];
+  function endTour() {
+    if (!tour) return;
+    cancelAnimationFrame(tour.frame);
+    tour = null;
+    find("[name=walk-tree]").checked = false;
+    find(".walk-caption").hidden = true;
+    find(".walk-sentence").setAttribute("aria-live", "polite");
+    find("[data-do=tour]").setAttribute("aria-pressed", false);
+    showEvent();
+  }
+  function beginTour() {
+    play(false), endTour();
+    change({ view: "3d", event: 0, follow: 0 }), turnBack();
+    tour = { began: performance.now(), frame: 0, part: -1, turned: yaw - 0.5, drawn: 0 };
+    find("[data-do=tour]").setAttribute("aria-pressed", true);
+    find(".walk-sentence").setAttribute("aria-live", "off");
+    find(".walk-caption").hidden = false;
+    const draw = (now) => {
+      if (section.offsetParent === null) return endTour();
+      tour.frame = requestAnimationFrame(draw);
+      if (now - tour.drawn < 30) return;
+      tour.drawn = now;
+      let at = Math.max(0, now - tour.began), part = 0;
+      yaw = tour.turned + 0.5 * Math.cos(at / 5000);
+      while (part < TOUR.length && at >= TOUR[part][0]) at -= TOUR[part++][0];
+      if (part === TOUR.length) return endTour();
+      if (part !== tour.part) find(".walk-caption").textContent = TOUR[part][1]();
+      tour.part = part;
+      find("[name=walk-tree]").checked = part === 1;
+      const event = part < 2 ? 0 : part > 2 ? events.length - 1 : Math.floor(at / TOUR[2][0] * events.length);
+      if (event !== state.event) change({ event });
+      else drawView();
+    };
+    tour.frame = requestAnimationFrame(draw);
+  }
+  // The first touch ends it, and does what it does. A press of its own button is left to that.
+  const pressesTour = (event) => event.target.closest("[data-do=tour]") && (event.type === "pointerdown" || [" ", "Enter"].includes(event.key));
+  for (const kind of ["pointerdown", "wheel"])
+    section.addEventListener(kind, (event) => pressesTour(event) || endTour(), { capture: true, passive: true });
+  ACTIONS.tour = () => (tour ? endTour() : beginTour());
 
   // ---- what one does ----
 
@@ -499,6 +555,7 @@ export function walk_start(section, module) {
   document.addEventListener("keydown", (event) => {
     const at = event.target;
     if (section.offsetParent === null || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (!pressesTour(event)) endTour();
     if (at !== document.body && !section.contains(at)) return;
     const typed = at.closest("input:not([type=checkbox]), select"), pressed = at.closest("button, input");
     const action = { ArrowLeft: "back", ArrowRight: "step", " ": "play", Home: "first", End: "last" }[event.key];
@@ -560,16 +617,19 @@ export function walk_start(section, module) {
 
   addEventListener("hashchange", () => {
     if (!location.hash.startsWith("#walk") || location.hash === hashWritten) return;
-    play(false), state = stateOf(location.hash), showAll(), followAddress();
+    play(false), endTour(), state = stateNamed(), showAll(), followAddress();
   });
   section.addEventListener("shown", showAll);
   section.addEventListener("hidden", () => {
-    play(false), clearTimeout(hashTimer);
-    if (location.hash.startsWith("#walk")) history.replaceState(null, "", location.pathname + location.search);
+    play(false), endTour(), clearTimeout(hashTimer);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showAll);
+  new ResizeObserver(() => section.offsetParent !== null && drawView()).observe(view);
   new ResizeObserver(() => section.offsetParent !== null && (showEvent(), drawFigure())).observe(section);
+  addresses.walk = () => hashOf(state);
+  const comes = !named(); // before the address is written
   showAll(), followAddress();
+  if (comes && !matchMedia("(prefers-reduced-motion: reduce)").matches) beginTour();
 }
 
 // page.js says when the section is shown, and has the compiled module; this is an instance of its own.

@@ -7,7 +7,7 @@ config ?= release
 
 # A fused multiply-add would change bits. The header forbids them in its own code, the flag in everything else here.
 WARNINGS = -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-STRICT = -std=c99 -ffp-contract=off $(WARNINGS)
+STRICT = -std=c99 -ffp-contract=off $(WARNINGS) $(LOCAL_FLAGS)
 CFLAGS ?= $(FLAGS_$(config))
 LDLIBS = -lm -lpthread
 FLAGS_release = -O2
@@ -35,6 +35,10 @@ FOLDERS = $(B) $(B)/all out
 # All instruction sets, and kernels of the fast path that count: tests and benchmarks compare them. What CFLAGS leave out stays out.
 ALL_SETS = -DPKTRT_SCALAR -DPKTRT_AVX512 -DPKTRT_COUNT_FAST
 
+# Where nobody may install anything, `make deps-local` puts stb's headers into this folder.
+LOCAL = build/local
+LOCAL_FLAGS = $(if $(wildcard $(LOCAL)/stb/stb_image_write.h),-isystem $(LOCAL))
+
 # Optional: assimp reads mesh files other than .tri, SDL2 opens the viewer's window, OpenMPI runs a program on many machines, and
 # Embree is what benchmarks compare with. (mpirun is not in OpenMPI's pkg-config file; Embree 3 has no such file.)
 has = $(shell pkg-config --exists $(1) 2>/dev/null && echo yes)
@@ -46,7 +50,7 @@ ASSIMP_LIBS := $(if $(ASSIMP),$(shell pkg-config --libs assimp))
 SDL := $(call has,sdl2)
 SDL_FLAGS := $(if $(SDL),$(call system_flags,sdl2))
 SDL_LIBS := $(if $(SDL),$(shell pkg-config --libs sdl2))
-MPI := $(if $(shell command -v mpirun),$(call has,ompi-c))
+MPI := $(if $(shell command -v mpirun 2>/dev/null),$(call has,ompi-c))
 MPI_FLAGS := $(if $(MPI),$(call system_flags,ompi-c))
 MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
@@ -59,7 +63,8 @@ ifeq ($(MAKELEVEL),0)
 endif
 .DELETE_ON_ERROR:
 
-#: deps              installs what demo and test need, on Debian 12; deps-extra installs the rest
+#: deps              installs what demo and test need, on Debian 12; deps-extra installs the rest;
+#:                   deps-local puts stb_image_write into build/local, without root, on any system
 #: demo              makes nine pictures in out/: three scenes, in three modes each
 #: test              runs all tests; ONLY="words" picks tests by their sentences
 #: all               builds the examples and the tests; examples/README.md shows what each example does
@@ -77,8 +82,8 @@ help-all: help
 
 # --- examples ---
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model render \
-  $(if $(SDL),view) $(if $(MPI),mpi))
+PLAIN_EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes distance effects deform model)
+EXAMPLES = $(PLAIN_EXAMPLES) $(addprefix $(B)/,render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 
 # Each example is a program by itself, as `cc -O2 examples/hello.c -lm` shows. Here they share one implementation, which takes nearly
@@ -109,7 +114,7 @@ $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
 $(addprefix $(B)/,spinner cornell pick lightmap instances changes distance effects deform model): $(EXAMPLE_HEADERS)
 
-$(B)/%: examples/%.c $(B)/pktrt.o
+$(PLAIN_EXAMPLES): $(B)/%: examples/%.c $(B)/pktrt.o
 	$(PROGRAM)
 
 SCENES = poolhall conference rtrt
@@ -188,7 +193,7 @@ INSTALLED_HEADER = $(call quoted,$(DESTDIR)$(PREFIX)/include/pktrt.h)
 INSTALLED_PC = $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig/pktrt.pc)
 INSTALLED_CMAKE = $(call quoted,$(DESTDIR)$(PREFIX)/lib/cmake/pktrt)
 CMAKE_FILES = pktrtConfig.cmake pktrtConfigVersion.cmake
-.PHONY: install uninstall deps deps-extra deps-web clean
+.PHONY: install uninstall deps deps-local deps-extra deps-web clean
 install:
 	umask 022; install -d $(call quoted,$(DESTDIR)$(PREFIX)/include) $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig) $(INSTALLED_CMAKE)
 	install -m 644 pktrt.h $(INSTALLED_HEADER)
@@ -217,6 +222,19 @@ deps:
 	@echo "Installing what the demo and the tests need: $(DEPS)"
 	$(INSTALL) -q update
 	$(INSTALL) -q install -y --no-install-recommends $(DEPS)
+
+# Without root, and on systems that are not Debian's: a compiler and make must be there. From Debian's package where apt-get can get
+# it, otherwise from stb's repository, as it was in April 2026.
+STB_URL ?= https://raw.githubusercontent.com/nothings/stb/31c1ad37456438565541f4919958214b6e762fb4
+deps-local:
+	@mkdir -p $(LOCAL)/stb
+	@cd $(LOCAL) && if rm -f libstb-dev_*.deb && apt-get -q download libstb-dev 2>/dev/null && dpkg -x libstb-dev_*.deb debian 2>/dev/null; \
+	  then cp debian/usr/include/stb/stb_image.h debian/usr/include/stb/stb_image_write.h stb/; \
+	  else for header in stb_image.h stb_image_write.h; do \
+	    { curl -fsSL -o stb/$$header $(STB_URL)/$$header || wget -q -O stb/$$header $(STB_URL)/$$header; } 2>/dev/null || \
+	      { rm -f stb/$$header; echo "deps-local: neither curl nor wget could fetch $(STB_URL)/$$header;" \
+	        "put stb_image.h and stb_image_write.h into $(LOCAL)/stb by hand"; exit 1; }; done; fi
+	@echo "deps-local: $(LOCAL)/stb has stb_image.h and stb_image_write.h; make finds them there"
 
 deps-extra:
 	@echo "Installing what the optional parts need: $(DEPS_EXTRA)"

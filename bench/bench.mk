@@ -50,7 +50,7 @@ bench-three: | $(RESULTS)
 PLOTS = table1 figure6 figure7 figure8
 #: bench-plots       draws plots of out/results
 bench-plots:
-ifeq ($(shell command -v gnuplot),)
+ifeq ($(shell command -v gnuplot 2>/dev/null),)
 	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
 else
 	@set -e; plot() { [ ! -s $(RESULTS)/$$1.csv ] || gnuplot -e "name='$$3'; results='$(RESULTS)'" bench/$$2.gp; }; \
@@ -199,9 +199,9 @@ $(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
 $(B)/error: bench/error/error.c $(wildcard bench/error/*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/all/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
-# Error at equal time of one light for all against all lights, under many lamps.
+# Error at equal time of one light for all against all lights, under many lamps, with the instruction sets of a usual build.
 $(B)/lamps: bench/lamps.c pktrt.h
-	$(BENCH_CC) $< -o $@ $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
 #: bench-lamps       compares PKTRT_LIGHTS_ONE with all lights at equal time, under many lamps
 bench-lamps: $(B)/lamps
 	mkdir -p $(REFERENCES)

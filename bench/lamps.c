@@ -10,7 +10,7 @@
    Error is the RMSE over the mean of the reference; a sample's error squared is measured over seeds. Both choices are
    timed in turns, as user time of one thread. The table has the error of one light over that of all in the same time,
    interpolated in logarithms between the numbers of samples.
-     Exits with 1 if a bar of issue 58 is missed and --check was given: 1.5 for 100 lamps, 1 from 300 on. */
+     Exits with 1 if a bar is missed and --check was given: 1.5 for 100 lamps, 1 from 300 on. */
 #define _GNU_SOURCE
 #define PKTRT_IMPLEMENTATION
 #ifndef HEADER

@@ -22,6 +22,11 @@
 #include <time.h>
 #include <unistd.h>
 
+#ifdef __has_include
+#if !__has_include(<stb/stb_image_write.h>)
+#error "stb_image_write.h is not installed: `make deps` installs it; `make deps-local` needs no root"
+#endif
+#endif
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>

@@ -21,7 +21,7 @@ WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/we
 # What the page links to, so that the folder needs no other place.
 WEB_TEXTS = $(addprefix $(WEB)/,pktrt.h project.txt course.txt licence.txt)
 PORT ?= 8000
-EMCC := $(shell command -v emcc)
+EMCC := $(shell command -v emcc 2>/dev/null)
 web:
 ifeq ($(EMCC),)
 	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
@@ -99,12 +99,21 @@ course:
 	$(BUILD) $(COURSE_RUN:%=out/course/%.txt)
 	@grep -hv '^= ' $(COURSE_RUN:%=out/course/%.txt)
 
-out/course/%.txt: $(B)/course/% | out/course
-	$< >$@ || { cat $@; exit 1; }
-
+# (Rules with more letters stand first: make 3.81, which macOS has, takes the first that fits.)
 # What the check of a chapter says of the solution, for figures of the text.
 out/course/%_check.txt: $(B)/course/%_solution | out/course
 	$< >$@ || { cat $@; exit 1; }
+
+out/course/%.txt: $(B)/course/% | out/course
+	$< >$@ || { cat $@; exit 1; }
+
+# An answer is compiled with the check of its chapter, which may include programs.
+COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
+$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
+$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
+	$(COURSE_ANSWER)
 
 COURSE_LIBRARY = $(B)/pktrt.o
 $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
@@ -119,14 +128,6 @@ $(B)/course/11_picture: $(COURSE)/11_solution.c
 
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
 
-# An answer is compiled with the check of its chapter, which may include programs.
-COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
-COURSE_INCLUDED = $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o
-$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_INCLUDED) | $(B)/course
-	$(COURSE_ANSWER)
-$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_INCLUDED) | $(B)/course
-	$(COURSE_ANSWER)
-
 course-check: | $(B)/course out/course
 	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \
 	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine_02.c"; exit 1; }
@@ -136,7 +137,7 @@ course-check: | $(B)/course out/course
 
 #: course-test       tests solutions, which pass, skeletons, which fail, listings and figures of the
 #:                   texts; course-check-text tests listings and figures alone
-TCC := $(shell command -v tcc)
+TCC := $(shell command -v tcc 2>/dev/null)
 course-test: course-check-text | out/course
 	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
 	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o))

@@ -104,7 +104,7 @@ $(B)/python/scene.so: tests/python/scene.c $(EXAMPLE_HEADERS) pktrt.h | $(B)/pyt
 
 # The smaller set: the same tests with fewer rays. ONLY="words" picks tests by their sentences. clang, where there is one, sees
 # more kinds of undefined behaviour than gcc.
-SANITIZE_CC ?= $(if $(shell command -v clang),clang,$(CC))
+SANITIZE_CC ?= $(if $(shell command -v clang 2>/dev/null),clang,$(CC))
 #: sanitize          runs a smaller set of tests under ASan and UBSan
 sanitize:
 	$(BUILD) CC=$(SANITIZE_CC) config=sanitize build/sanitize/test
@@ -265,7 +265,7 @@ targets:
 	.ci/targets
 
 # By .clang-format, as its version 14 reads it: others break lines elsewhere.
-CLANG_FORMAT ?= $(firstword $(shell command -v clang-format-14 clang-format))
+CLANG_FORMAT ?= $(firstword $(shell command -v clang-format-14 clang-format 2>/dev/null))
 FORMAT_FILES = $(wildcard $(foreach folder,examples examples/* tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h)) pktrt.h
 #: format            rewrites all C files by clang-format; format-check names what it would change
 format:

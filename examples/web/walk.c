@@ -86,10 +86,10 @@ typedef struct walk_lane {
 typedef struct walk_world {
   course_scene scene; /* of the one that web.c holds: empty */
   const pktrt_scene *library;
-  uint32_t width, height;           /* of the picture, pixels */
-  uint32_t trees, nodes;            /* how many */
+  uint32_t width, height;            /* of the picture, pixels */
+  uint32_t trees, nodes;             /* how many */
   uint32_t *first_node, *first_leaf; /* of each tree */
-  walk_lane (*lane)[8];             /* triangles of each leaf */
+  walk_lane (*lane)[8];              /* triangles of each leaf */
 } walk_world;
 
 enum { WALK_SHOWN = 2 }; /* the number of the scene that web.c holds */
@@ -219,7 +219,8 @@ WALK_EXPORT const uint32_t *walk_boxes(uint32_t scene) {
     for (uint32_t i = 0; pktrt_get_node(w->library, t, i, 0, &n); i++)
       for (uint32_t k = 0; k < 8; k++) {
         if (n.child[k] == PKTRT_NONE) continue;
-        walk_box b = {w->first_node[t] + i, k, n.child[k] + (n.leaf[k] ? w->first_leaf : w->first_node)[t], 0, {0, 0, 0}, {0, 0, 0}};
+        walk_box b = {w->first_node[t] + i, k, n.child[k] + (n.leaf[k] ? w->first_leaf : w->first_node)[t], 0,
+            {0, 0, 0}, {0, 0, 0}};
         for (int lane = 0; n.leaf[k] && lane < 8; lane++) b.triangles += n.triangle[k][lane] != PKTRT_NONE;
         memcpy(b.lo, n.lo[k], sizeof b.lo), memcpy(b.hi, n.hi[k], sizeof b.hi);
         walk_list_add(&list, &b, sizeof b);

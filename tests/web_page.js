@@ -335,10 +335,16 @@ async function files() {
   check("a file that is chosen is seen", chosen.checksum !== wider.checksum, await said(page, /^wedge\.stl: 1 triangle$/));
   const turned = await pictureAfter(page, () => page.click("#up"));
   check("with its y axis up it is another picture", turned.checksum !== chosen.checksum);
+  await page.focus("#picture");
+  await page.keyboard.press("w");
+  await eventShown(page, "1");
+  check("a packet walks in a model, too", await page.$eval("[name=walk-scene]", (it) => it.selectedOptions[0].text) === "wedge.stl" &&
+    /^64 rays/.test(await text(page, ".walk-count")), await text(page, ".walk-count"));
+  await page.click("#tab-look");
   const again = await pictureAfter(page, () => page.select("#scene", "rtrt"));
   check("a scene of the page comes back, and the sentence goes", again.settings.time === 0 && await text(page, "#model-said") === "");
   await checkLook(page, "the page with a model");
-  check("nothing but the page's own scripts is asked for", asked.every((it) => /^GET \/(reader|files|worker)\.js$/.test(it)),
+  check("nothing but the page's own scripts is asked for", asked.every((it) => /^GET \/(reader|files|worker|open|pktrt)\.js$/.test(it)),
     [...new Set(asked)].join(", "));
   await page.close();
   const narrow = await open("#mode=rcs", { width: 390, height: 844, touch: true });

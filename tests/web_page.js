@@ -382,6 +382,8 @@ async function touch() {
   check("two go nearer", distance(near.settings) < 0.7 * distance(turned.settings),
     `${distance(turned.settings).toFixed(2)} m, then ${distance(near.settings).toFixed(2)} m`);
   check("the canvas shows that", await canvasDiffers(page) < 1.01);
+  await drag(page, at, [0, 0], 2);
+  check("two that stay still click nothing", await page.$eval("#walk", (it) => it.hidden));
   check("the page has not been moved by it", await page.evaluate(() => scrollY) === 0);
   await checkLook(page, "the picture");
   await page.screenshot({ path: "out/web-360.png", fullPage: true });
@@ -642,10 +644,13 @@ async function pick() {
   await page.waitForFunction((n) => location.hash.includes(`event=${n}&`), { timeout: 60000 }, kinds.length);
   const opens = await page.evaluate(() => location.hash);
   const drawn = () => page.$eval(".walk-view", (it) => it.toDataURL());
+  await page.click(".walk-more summary");
   const before = await drawn();
   await page.click("[name=walk-mesh]");
   check("what the camera sees is drawn around it", before !== await drawn());
   await page.click("[name=walk-mesh]");
+  check("control: with it the view is as before", before === await drawn());
+  await page.click(".walk-more summary");
   await checkLook(page, "the walk in a scene of the first tab");
   await page.screenshot({ path: "out/web-pick.png", fullPage: true });
   await page.select("[name=walk-packet]", "mirror");

@@ -770,6 +770,7 @@ const pointers = new Map(); // those that are down: where, and with which button
 picture.addEventListener("pointerdown", (event) => {
   picture.focus({ preventScroll: true });
   picture.setPointerCapture(event.pointerId);
+  for (const one of pointers.values()) one.still = false; // two fingers click nothing
   pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, sideways: event.button > 0 || event.shiftKey,
     still: pointers.size === 0 && event.button === 0 && !event.shiftKey && [event.clientX, event.clientY] });
 });

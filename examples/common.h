@@ -33,6 +33,10 @@
 
 #include "../pktrt.h"
 #include "threads.h"
+#ifdef _WIN32 /* windows.h, which threads.h needs, defines these words as nothing */
+#undef far
+#undef near
+#endif
 
 #ifdef __GNUC__
 #define EX_UNUSED __attribute__((unused))
@@ -264,9 +268,18 @@ EX_UNUSED static bool ex_write_channels(
   return ex_write_stream(file, path, pixels, width, height, channels);
 }
 
+/* Makes a folder, unless it is there. Where that fails, so does what follows, and says why. */
+EX_UNUSED static void ex_make_folder(const char *path) {
+#ifdef _WIN32
+  mkdir(path);
+#else
+  mkdir(path, 0777);
+#endif
+}
+
 /* Makes the folder out/ if the picture goes there. */
 EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, unsigned width, unsigned height) {
-  if (!strncmp(path, "out/", 4)) mkdir("out", 0777); /* where that fails, so does what follows, and says why */
+  if (!strncmp(path, "out/", 4)) ex_make_folder("out");
   return ex_write_channels(path, pixels, width, height, 3);
 }
 

@@ -138,14 +138,26 @@ course-check: | $(B)/course out/course
 #: course-test       tests solutions, which pass, skeletons, which fail, listings and figures of the
 #:                   texts; course-check-text tests listings and figures alone
 TCC := $(shell command -v tcc 2>/dev/null)
+MINGW := $(shell command -v x86_64-w64-mingw32-gcc 2>/dev/null)
 course-test: course-check-text | out/course
 	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
-	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o))
+	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o)) $(if $(MINGW),$(COURSE_FILES:%=$(B)/course/mingw/%.ok))
 	@echo "course-test: $(if $(TCC),all $(words $(COURSE_FILES)) files compile with tcc,tcc is not installed (make deps-extra), nothing is compiled by it)"
+	@echo "course-test: $(if $(MINGW),all of them compile for Windows,MinGW is not installed (make deps-extra)$(comma) nothing is compiled for Windows)"
 	tests/course.sh $(B)/course $(COURSE_CHECKS)
 
 $(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc
 	$(TCC) -std=c99 -Wall -Werror $(SHARED) -c $< -o $@
+
+# The headers of Windows take words that other systems leave to programs.
+$(B)/course/mingw/%.ok: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/mingw/include/stb
+	$(MINGW) -std=c99 -fsyntax-only -Wall -Werror $(SHARED) -isystem $(B)/course/mingw/include $<
+	@touch $@
+
+# stb's headers alone: the others beside them are not those of Windows.
+$(B)/course/mingw/include/stb:
+	mkdir -p $(@D)
+	ln -sfn $(if $(LOCAL_FLAGS),$(abspath $(LOCAL)/stb),/usr/include/stb) $@
 
 # Listings are the code between marks, and figures what programs print: see listings.awk and figures.awk there.
 COURSE_PRINTED = $(COURSE_PROGRAMS:%=out/course/%.txt) $(COURSE_CHECKS:%=out/course/%_check.txt)

@@ -460,13 +460,32 @@ static void compare_hits(const stage *g, const pair *pairs, unsigned count, cons
   }
 }
 
-/* Our answers must not differ by a bit, whatever the mode and the instruction set. Returns how many do. */
-static size_t contradictions(unsigned count, const job *j) {
+/* Returns how many of our answers differ, by a bit or more, from those of the first mode of the first pair. */
+static size_t differing_answers(unsigned count, const job *j) {
   size_t n = 0;
   for (unsigned p = 0; p < count; p++)
     for (int m = 0; m < FIRST_EMBREE; m++)
       for (size_t i = 0; i < j->r.count; i++) n += memcmp(&j->answer[p][m][i], &j->answer[0][0][i], sizeof(float)) != 0;
   return n;
+}
+
+/* Our answers must not differ by a bit, whatever the mode and the instruction set. Returns how many do. As a control, the
+   last answer gets another bit, which must be noticed. */
+static size_t contradictions(unsigned count, const job *j) {
+  const size_t differ = differing_answers(count, j);
+  float *last = &j->answer[count - 1][FIRST_EMBREE - 1][j->r.count - 1];
+  const float kept = *last;
+
+  const bool same = memcmp(last, &j->answer[0][0][j->r.count - 1], sizeof *last) == 0;
+  uint32_t bits;
+  memcpy(&bits, last, sizeof bits);
+  bits ^= 1;
+  memcpy(last, &bits, sizeof bits);
+  const bool noticed = differing_answers(count, j) != differ;
+  *last = kept;
+
+  if (same && !noticed) printf("peers: control: an answer with another bit is not noticed\n"), exit(1);
+  return differ;
 }
 
 /* >>figures -------------------------------------------------------------------------------------------------------- */

@@ -28,7 +28,7 @@ void trace_packet(const course_scene *scene, const pktrt_node *nodes, const cour
      ALL_MISS    the parent's index, the child's place, the parent's first active ray
      LEAF        the leaf's index, 0, the leaf's first active ray
      HIT         the leaf's index, the triangle's lane, the ray. */
-static void tell(course_log *log, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray) {
+static void report(course_log *log, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray) {
   pktrt_event e;
   memset(&e, 0, sizeof e);
   e.kind = kind;
@@ -42,6 +42,6 @@ void trace_packet(const course_scene *scene, const pktrt_node *nodes, const cour
     uint32_t n, course_log *log) {
   course_slabs slabs[256];
   for (uint32_t r = 0; r < n; r++) slabs[r] = course_slabs_make(&nodes[0], rays[r]);
-  tell(log, PKTRT_EVENT_NODE, 0, 0, 0);
+  report(log, PKTRT_EVENT_NODE, 0, 0, 0);
   (void)scene, (void)hits, (void)slabs; /* write here */
 }

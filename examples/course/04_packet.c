@@ -19,7 +19,7 @@ typedef struct packet {
 } packet;
 
 /* Logs an event. */
-static void tell(packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray, uint32_t depth) {
+static void report(packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray, uint32_t depth) {
   pktrt_event e;
   memset(&e, 0, sizeof e);
   e.kind = kind;
@@ -41,25 +41,25 @@ static uint32_t find_first(packet *p, uint32_t index, uint32_t k, uint32_t first
 
   pktrt_event_kind verdict = PKTRT_EVENT_FIRST_HIT;
   if (ray > first) verdict = ray < p->n ? PKTRT_EVENT_LATER_HIT : PKTRT_EVENT_ALL_MISS;
-  tell(p, verdict, index, k, ray < p->n ? ray : first, depth);
+  report(p, verdict, index, k, ray < p->n ? ray : first, depth);
   return ray;
 }
 
 /* Tests all rays from `first` on against the triangles of a leaf, whether or not they enter the leaf's box. */
 static void meet_leaf(packet *p, const pktrt_node *node, uint32_t k, uint32_t first, uint32_t depth) {
-  tell(p, PKTRT_EVENT_LEAF, node->child[k], 0, first, depth);
+  report(p, PKTRT_EVENT_LEAF, node->child[k], 0, first, depth);
   for (uint32_t r = first; r < p->n; r++)
     for (uint32_t lane = 0; lane < 8; lane++) {
       if (node->triangle[k][lane] == PKTRT_NONE) continue;
       p->triangles++;
       if (course_slabs_meet(&p->slabs[r], p->scene, p->ray[r], node->triangle[k][lane], &p->hit[r]))
-        tell(p, PKTRT_EVENT_HIT, node->child[k], lane, r, depth);
+        report(p, PKTRT_EVENT_HIT, node->child[k], lane, r, depth);
     }
 }
 
 /* Walks the tree below a node. The rays before `first` are known to miss the node; the others may hit it. */
 static void descend(packet *p, uint32_t index, uint32_t first, uint32_t depth) {
-  tell(p, PKTRT_EVENT_NODE, index, 0, first, depth);
+  report(p, PKTRT_EVENT_NODE, index, 0, first, depth);
   const pktrt_node *node = &p->nodes[index];
   for (uint32_t k = 8; k-- > 0;) { /* from place 7 to 0, as the library does without PKTRT_PAPER_STEP_ORDER */
     if (node->child[k] == PKTRT_NONE) continue;

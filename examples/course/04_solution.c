@@ -28,7 +28,7 @@ void trace_packet(const course_scene *scene, const pktrt_node *nodes, const cour
      ALL_MISS    the parent's index, the child's place, the parent's first active ray
      LEAF        the leaf's index, 0, the leaf's first active ray
      HIT         the leaf's index, the triangle's lane, the ray. */
-static void tell(course_log *log, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray) {
+static void report(course_log *log, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray) {
   pktrt_event e;
   memset(&e, 0, sizeof e);
   e.kind = kind;
@@ -53,7 +53,7 @@ void trace_packet(const course_scene *scene, const pktrt_node *nodes, const cour
     if (open != PKTRT_NONE) {
       const pktrt_node *node = &nodes[open];
       const uint8_t *order = node->order[slabs[first].octant];
-      tell(log, PKTRT_EVENT_NODE, open, 0, first);
+      report(log, PKTRT_EVENT_NODE, open, 0, first);
       for (int i = 7; i >= 0; i--) { /* the nearest goes on top */
         const waiting w = {node, open, order[i], first};
         if (node->child[order[i]] != PKTRT_NONE) stack[top++] = w;
@@ -64,16 +64,16 @@ void trace_packet(const course_scene *scene, const pktrt_node *nodes, const cour
     const uint32_t child = w.parent->child[w.place];
     open = PKTRT_NONE, first = w.first;
     while (first < n && !course_slabs_enter(&slabs[first], w.parent->lo[w.place], w.parent->hi[w.place], NULL)) first++;
-    if (first == n) tell(log, PKTRT_EVENT_ALL_MISS, w.index, w.place, w.first);
-    else tell(log, first == w.first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, w.index, w.place, first);
+    if (first == n) report(log, PKTRT_EVENT_ALL_MISS, w.index, w.place, w.first);
+    else report(log, first == w.first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, w.index, w.place, first);
     if (first < n && !w.parent->leaf[w.place]) open = child;
     if (first == n || open == child) continue;
-    tell(log, PKTRT_EVENT_LEAF, child, 0, first);
+    report(log, PKTRT_EVENT_LEAF, child, 0, first);
     for (uint32_t r = first; r < n; r++)
       for (uint32_t lane = 0; lane < 8; lane++) {
         const uint32_t triangle = w.parent->triangle[w.place][lane];
         if (triangle != PKTRT_NONE && course_slabs_meet(&slabs[r], scene, rays[r], triangle, &hits[r]))
-          tell(log, PKTRT_EVENT_HIT, child, lane, r);
+          report(log, PKTRT_EVENT_HIT, child, lane, r);
       }
   }
 }

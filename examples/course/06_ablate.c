@@ -35,8 +35,8 @@ static cost run(const pktrt_scene *s, const scene *room, uint32_t edge, uint32_t
   memset(&d, 0, sizeof d);
   memset(&stats, 0, sizeof stats);
   d.samples = 1;
-  d.width = SIZE;
-  d.height = SIZE;
+  d.width = WIDTH;
+  d.height = WIDTH;
   d.pixels = pixels;
   d.stats = &stats;
   d.mode = PKTRT_MODE_WRT;
@@ -46,8 +46,8 @@ static cost run(const pktrt_scene *s, const scene *room, uint32_t edge, uint32_t
   d.packet_size = edge;
   d.paper_steps = steps;
 
-  for (uint32_t y = 0; y < SIZE / TILE; y++)
-    for (uint32_t x = y * 2 % 4 + y / 2 % 2; x < SIZE / TILE; x += 4)
+  for (uint32_t y = 0; y < WIDTH / TILE; y++)
+    for (uint32_t x = y * 2 % 4 + y / 2 % 2; x < WIDTH / TILE; x += 4)
       if (pktrt_render_tile(s, &d, x * TILE, y * TILE, TILE, TILE)) {
         ex_fail("a tile could not be rendered");
         exit(1);
@@ -57,7 +57,7 @@ static cost run(const pktrt_scene *s, const scene *room, uint32_t edge, uint32_t
 /* [end] */
 
 int main(void) {
-  static float pixels[2][SIZE * SIZE * 3];
+  static float pixels[2][WIDTH * WIDTH * 3];
   static cost got[WAYS][EDGES];
   scene room;
   svg s;
@@ -81,8 +81,8 @@ int main(void) {
       }
     }
 
-  printf("conference, Whitted's mode, %d x %d pixels, a quarter of the tiles: %d pictures, all the same bits\n", SIZE,
-      SIZE, WAYS * EDGES);
+  printf("conference, Whitted's mode, %d x %d pixels, a quarter of the tiles: %d pictures, all the same bits\n", WIDTH,
+      WIDTH, WAYS * EDGES);
   course_figure("pictures", "%d", WAYS * EDGES);
   print_table("box tests per ray", "boxes", got, 0);
   print_table("triangle tests per ray", "triangles", got, 1);

@@ -2,7 +2,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "06_ablate.h"
 
-enum { SIZE = 64, RAYS = SIZE * SIZE, SETS = 64 };
+enum { WIDTH = 64, RAYS = WIDTH * WIDTH, SETS = 64 };
 
 static const char *const kinds[] = {"box tests", "triangle tests", "vector tests"};
 static const struct demand {
@@ -90,7 +90,7 @@ int main(void) {
   pktrt_scene *s = pktrt_scene_create(NULL);
   if (!s || !scene_make("conference", &room)) return ex_fail("out of memory"), 1;
   if (scene_add(s, &room) || pktrt_commit(s)) return ex_fail("%s", pktrt_last_error(s)), 1;
-  ablate_camera_rays(&room.camera, SIZE, rays[0]);
+  ablate_camera_rays(&room.camera, WIDTH, rays[0]);
   memcpy(rays[1], rays[0], sizeof rays[0]);
   ablate_reflect(s, rays[1], RAYS);
   for (int i = 0; i < DEMANDS && !why; i++) why = fault(s, rays[demands[i].mirrored], &demands[i]);

@@ -5,7 +5,7 @@
 #include "06_ablate.h"
 #include "../svg.h"
 
-enum { SIZE = 256, TILE = 16, WAYS = 9, EDGES = 4 };
+enum { WIDTH = 256, TILE = 16, WAYS = 9, EDGES = 4 };
 static const uint32_t edges[EDGES] = {2, 4, 8, 16};
 
 /* [ways] */

@@ -260,8 +260,8 @@ EX_UNUSED static void course_figure(const char *name, const char *format, ...) {
 
 /* The folder for pictures, made if need be. */
 EX_UNUSED static void course_make_folder(void) {
-  mkdir("out", 0777); /* where that fails, so does what follows, and says why */
-  mkdir("out/course", 0777);
+  ex_make_folder("out");
+  ex_make_folder("out/course");
 }
 
 /* Writes the picture as a PNG; the program ends if it cannot be written. */

@@ -4,7 +4,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 
-enum { SIZE = 96, ZOOM = 3, PLACES = SIZE / ZOOM, LARGER = 3, TERMS = 1 << 20, BLOCKS = 64 };
+enum { WIDTH = 96, ZOOM = 3, PLACES = WIDTH / ZOOM, LARGER = 3, TERMS = 1 << 20, BLOCKS = 64 };
 static course_picture picture; /* four panels side by side */
 static course_scene shape;
 
@@ -38,8 +38,8 @@ static void edges(void) {
     /* The triangle on the other side has the same edge from b to a, and must see the ray on the other side. */
     torn_plain += plain != -sign(edge_plain(b, a)), torn_fused += fused != -sign(edge_fused(b, a));
     for (int k = 0; k < ZOOM * ZOOM; k++) {
-      vec *pixel = picture.pixel + (y * ZOOM + k / ZOOM) * 4 * SIZE + x * ZOOM + k % ZOOM;
-      pixel[0] = colors[exact + 1], pixel[SIZE] = colors[plain + 1], pixel[2 * SIZE] = colors[fused + 1];
+      vec *pixel = picture.pixel + (y * ZOOM + k / ZOOM) * 4 * WIDTH + x * ZOOM + k % ZOOM;
+      pixel[0] = colors[exact + 1], pixel[WIDTH] = colors[plain + 1], pixel[2 * WIDTH] = colors[fused + 1];
     }
   }
   printf("edge function at %d places: signs that differ with a fused multiply-add: %u\n", PLACES * PLACES, differ);
@@ -109,33 +109,34 @@ static void render(pktrt_isa isa, int first, bool last_piece_first, pktrt_render
   }
   const pktrt_camera camera = {
       .eye = {2.7f, 4.1f, 7.3f}, .target = {0.1f, 1.2f, -0.1f}, .fov_y = 39.6f, .aperture = 0.1f};
-  view->width = view->height = SIZE, view->mode = PKTRT_MODE_DRT, view->samples = 1, view->camera = camera;
+  view->width = view->height = WIDTH, view->mode = PKTRT_MODE_DRT, view->samples = 1, view->camera = camera;
   if (!ok || pktrt_commit(scene) || pktrt_render(scene, view)) ex_fail("%s", pktrt_last_error(scene)), exit(1);
   pktrt_scene_destroy(scene);
 }
 
 /* Adds the same lamps in two orders: each pixel is then the sum of the same numbers in two orders. */
 static void lamps(void) {
-  static vec pixels[2][SIZE * SIZE];
+  static vec pixels[2][WIDTH * WIDTH];
   unsigned differ = 0;
   for (int first = 0; first < 2; first++) {
     pktrt_render_desc view = {.pixels = pixels[first][0].at};
     render(PKTRT_ISA_AUTO, first, false, &view);
   }
-  for (int i = 0; i < SIZE * SIZE; i++) {
+  for (int i = 0; i < WIDTH * WIDTH; i++) {
     const bool same = !memcmp(&pixels[0][i], &pixels[1][i], sizeof(vec));
     differ += !same;
-    picture.pixel[i / SIZE * 4 * SIZE + 3 * SIZE + i % SIZE] = same ? vec_scale(pixels[0][i], 0.3f) : vec_make(1, 1, 1);
+    picture.pixel[i / WIDTH * 4 * WIDTH + 3 * WIDTH + i % WIDTH] =
+        same ? vec_scale(pixels[0][i], 0.3f) : vec_make(1, 1, 1);
   }
-  printf("lamps added in two orders: %u of %d pixels differ\n", differ, SIZE * SIZE);
+  printf("lamps added in two orders: %u of %d pixels differ\n", differ, WIDTH * WIDTH);
   course_figure("pixels.differ", "%u", differ);
-  course_figure("pixels", "%d", SIZE * SIZE);
+  course_figure("pixels", "%d", WIDTH * WIDTH);
 }
 
 /* Renders one picture in all ways that shall not matter, and sums up all bits of it. */
 static void promises(void) {
-  static float pixels[SIZE * SIZE * 3];
-  static uint32_t bits[SIZE * SIZE * 3];
+  static float pixels[WIDTH * WIDTH * 3];
+  static uint32_t bits[WIDTH * WIDTH * 3];
   uint64_t first = 0;
   unsigned pictures = 0, others = 0;
   for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
@@ -148,7 +149,7 @@ static void promises(void) {
       render((pktrt_isa)isa, 0, way / 12 != 0, &view);
       uint64_t sum = 14695981039346656037u; /* FNV-1a, by words */
       memcpy(bits, pixels, sizeof bits);
-      for (int i = 0; i < SIZE * SIZE * 3; i++) sum = (sum ^ bits[i]) * 1099511628211u;
+      for (int i = 0; i < WIDTH * WIDTH * 3; i++) sum = (sum ^ bits[i]) * 1099511628211u;
       if (pictures++ == 0) first = sum;
       others += sum != first;
     }
@@ -158,10 +159,10 @@ static void promises(void) {
 }
 
 int main(void) {
-  picture = course_picture_make(4 * SIZE, SIZE), shape = course_scene_make();
+  picture = course_picture_make(4 * WIDTH, WIDTH), shape = course_scene_make();
   edges(), sums(), lamps(), promises();
-  course_picture large = course_picture_make(LARGER * 4 * SIZE, LARGER * SIZE);
-  for (int i = 0; i < LARGER * 4 * SIZE * LARGER * SIZE; i++)
-    large.pixel[i] = picture.pixel[i / (LARGER * 4 * SIZE) / LARGER * 4 * SIZE + i % (LARGER * 4 * SIZE) / LARGER];
+  course_picture large = course_picture_make(LARGER * 4 * WIDTH, LARGER * WIDTH);
+  for (int i = 0; i < LARGER * 4 * WIDTH * LARGER * WIDTH; i++)
+    large.pixel[i] = picture.pixel[i / (LARGER * 4 * WIDTH) / LARGER * 4 * WIDTH + i % (LARGER * 4 * WIDTH) / LARGER];
   return course_picture_write(&large, "out/course/lab_differences.png"), 0;
 }

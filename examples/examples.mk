@@ -18,14 +18,16 @@ WEB_OBJECTS = build/web/pktrt.o \
 WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -s ALLOW_MEMORY_GROWTH=1 -s FILESYSTEM=0 \
   -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
 WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
+# What the page links to, so that the folder needs no other place.
+WEB_TEXTS = $(addprefix $(WEB)/,pktrt.h project.txt course.txt licence.txt)
 PORT ?= 8000
 EMCC := $(shell command -v emcc 2>/dev/null)
 web:
 ifeq ($(EMCC),)
 	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
 else
-	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE)
-	@echo "web: $(WEB) is ready, $$(cat $(WEB)/* | gzip -9 | wc -c) bytes compressed; make web-serve shows it"
+	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE) $(WEB_TEXTS)
+	@echo "web: $(WEB) is ready, $$(cd $(WEB) && cat *.html *.css *.js *.wasm | gzip -9 | wc -c) bytes compressed; make web-serve shows it"
 endif
 
 #: web-serve         shows the page out/web at http://localhost:8000; PORT=8001 elsewhere
@@ -61,11 +63,22 @@ build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | 
 # What the page shows of a packet's walk, as text. stb's header, which walk.c includes and does not use, is among the system's.
 build/web/walk.o: WEB_CC += -idirafter /usr/include
 build/web/walk.o $(B)/walk_events: examples/web/walk.c examples/course/course.h examples/course/07_figure3.h
-$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o
+$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o $(B)/all/web.o $(B)/all/web_file.o
 	$(PROGRAM)
+$(B)/all/web.o $(B)/all/web_file.o: $(B)/all/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | $(B)/all
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -c $< -o $@
 
 $(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
 	cp $< $@
+
+$(WEB)/pktrt.h: pktrt.h | $(WEB)
+	cp $< $@
+$(WEB)/project.txt: README.md | $(WEB)
+	cp $< $@
+$(WEB)/course.txt: examples/course/README.md $(sort $(wildcard examples/course/[0-9]*.md)) | $(WEB)
+	cat $^ >$@
+$(WEB)/licence.txt: pktrt.h | $(WEB)
+	sed -n '/^\/\* >>licence/,/\*\//{ /^\/\* >>licence/d; s/ *\*\/$$//; s/^   //; p; }' $< >$@
 
 # --- the course ---
 

@@ -41,6 +41,7 @@ typedef struct race_set {
 #endif
 
 #define kensler_block PK_NAME(kensler_block)
+#define kensler_corner PK_NAME(kensler_corner)
 #define kensler_cross PK_NAME(kensler_cross)
 #define kensler_dot PK_NAME(kensler_dot)
 #define kensler_ours PK_NAME(kensler_ours)
@@ -74,6 +75,12 @@ VOP uint32_t kensler_test(const float8 *p0, const float8 *e0, const float8 *e1, 
   return bits & mbits(mand(vlt(tmin, *t), vlt(*t, tmax)));
 }
 
+/* Returns one coordinate of a corner of a block's eight triangles, at the ray's time. pk_tri_corner() returns those of
+   a slice, which has only four triangles on SSE2. */
+VOP float8 kensler_corner(const float *k0, const float *k1, float8 weight0, float8 weight1, const bool moving) {
+  return moving ? vadd(vmul(weight0, vload(k0)), vmul(weight1, vload(k1))) : vload(k0);
+}
+
 /* One ray against a leaf block. */
 VOP void kensler_block(const pk_bvh_segment *seg, pk_batch *b, uint32_t r, uint32_t index, const bool moving) {
   const pk_block *block = pk_segment_block(seg, index, moving);
@@ -82,9 +89,9 @@ VOP void kensler_block(const pk_bvh_segment *seg, pk_batch *b, uint32_t r, uint3
   const float8 weight1 = vset(b->weight1[r]), weight0 = vsub(vset(1), weight1);
   float8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
-    p0[a] = pk_tri_corner(k0 + 8 * a, k1 + 8 * a, weight0, weight1, moving);
-    e0[a] = vsub(pk_tri_corner(k0 + 24 + 8 * a, k1 + 24 + 8 * a, weight0, weight1, moving), p0[a]);
-    e1[a] = vsub(p0[a], pk_tri_corner(k0 + 48 + 8 * a, k1 + 48 + 8 * a, weight0, weight1, moving));
+    p0[a] = kensler_corner(k0 + 8 * a, k1 + 8 * a, weight0, weight1, moving);
+    e0[a] = vsub(kensler_corner(k0 + 24 + 8 * a, k1 + 24 + 8 * a, weight0, weight1, moving), p0[a]);
+    e1[a] = vsub(p0[a], kensler_corner(k0 + 48 + 8 * a, k1 + 48 + 8 * a, weight0, weight1, moving));
     o[a] = vset(b->o[a][r]), d[a] = vset(b->d[a][r]);
   }
   kensler_cross(e0, e1, n);

@@ -34,6 +34,10 @@ typedef struct course {
   uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
 } course;
 
+#ifndef KENSLER_ALONE
+static pktrt_counts kensler_unread; /* the scalar set counts always */
+#endif
+
 typedef struct race_set {
   void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */
   uint32_t (*setup)(const pktrt_scene *, pk_batch *, uint32_t i);
@@ -137,7 +141,7 @@ VOP void kensler_rays(pk_batch *b, const float *k0, const float *k1, uint32_t r,
 #ifndef KENSLER_ALONE /* who wants no race */
 /* pktrt's way with the same rays and triangles: as in a leaf of the paper path. */
 VOP void kensler_ours(const pk_bvh_segment *seg, pk_batch *b, const visit *v, const bool moving) {
-  const pk_variant variant = pk_variant_of(false, moving, false, NULL);
+  const pk_variant variant = pk_variant_of(false, moving, false, &kensler_unread);
   const pk_block *block = pk_segment_block(seg, v->block, moving);
   const float *k0 = pk_segment_vertices(seg, block, 0, moving), *k1 = pk_segment_vertices(seg, block, 1, moving);
   const uint32_t r = v->ray, bits = v->bits, *id = block->id;
@@ -171,7 +175,7 @@ VOP void kensler_race(const course *c, size_t batch, const bool kensler, const b
     if (groups && kensler) kensler_theirs(seg, b, v, moving);
     else if (groups) kensler_ours(seg, b, v, moving);
     else if (kensler) kensler_block(seg, b, v->ray, v->block, moving);
-    else pk_tri_ray_block(seg, b, v->ray, NULL, v->block, pk_variant_of(false, moving, false, NULL));
+    else pk_tri_ray_block(seg, b, v->ray, NULL, v->block, pk_variant_of(false, moving, false, &kensler_unread));
   }
 }
 

@@ -82,6 +82,20 @@ $(WEB)/licence.txt: pktrt.h | $(WEB)
 
 # --- the course ---
 
+# Without root, and on systems that are not Debian's: a compiler and make must be there. From Debian's package where apt-get can get
+# it, otherwise from stb's repository, as it was in April 2026.
+STB_URL ?= https://raw.githubusercontent.com/nothings/stb/31c1ad37456438565541f4919958214b6e762fb4
+.PHONY: deps-local
+deps-local:
+	@mkdir -p $(LOCAL)/stb
+	@cd $(LOCAL) && if rm -f libstb-dev_*.deb && apt-get -q download libstb-dev 2>/dev/null && dpkg -x libstb-dev_*.deb debian 2>/dev/null; \
+	  then cp debian/usr/include/stb/stb_image.h debian/usr/include/stb/stb_image_write.h stb/; \
+	  else for header in stb_image.h stb_image_write.h; do \
+	    { curl -fsSL -o stb/$$header $(STB_URL)/$$header || wget -q -O stb/$$header $(STB_URL)/$$header; } 2>/dev/null || \
+	      { rm -f stb/$$header; echo "deps-local: neither curl nor wget could fetch $(STB_URL)/$$header;" \
+	        "put stb_image.h and stb_image_write.h into $(LOCAL)/stb by hand"; exit 1; }; done; fi
+	@echo "deps-local: $(LOCAL)/stb has stb_image.h and stb_image_write.h; make finds them there"
+
 # Chapters and labs are found by their names, as examples/course/README.md says. A program's figures stand beside its pictures.
 COURSE = examples/course
 COURSE_HEADERS = $(wildcard $(COURSE)/*.h) $(EXAMPLE_HEADERS)

@@ -64,7 +64,7 @@ endif
 .DELETE_ON_ERROR:
 
 #: deps              installs what demo and test need, on Debian 12; deps-extra installs the rest;
-#:                   deps-local puts stb_image_write into build/local, without root, on any system
+#:                   without root, deps-local puts stb_image_write into build/local
 #: demo              makes nine pictures in out/: three scenes, in three modes each
 #: test              runs all tests; ONLY="words" picks tests by their sentences
 #: all               builds the examples and the tests; examples/README.md shows what each example does
@@ -193,7 +193,7 @@ INSTALLED_HEADER = $(call quoted,$(DESTDIR)$(PREFIX)/include/pktrt.h)
 INSTALLED_PC = $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig/pktrt.pc)
 INSTALLED_CMAKE = $(call quoted,$(DESTDIR)$(PREFIX)/lib/cmake/pktrt)
 CMAKE_FILES = pktrtConfig.cmake pktrtConfigVersion.cmake
-.PHONY: install uninstall deps deps-local deps-extra deps-web clean
+.PHONY: install uninstall deps deps-extra deps-web clean
 install:
 	umask 022; install -d $(call quoted,$(DESTDIR)$(PREFIX)/include) $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig) $(INSTALLED_CMAKE)
 	install -m 644 pktrt.h $(INSTALLED_HEADER)
@@ -222,19 +222,6 @@ deps:
 	@echo "Installing what the demo and the tests need: $(DEPS)"
 	$(INSTALL) -q update
 	$(INSTALL) -q install -y --no-install-recommends $(DEPS)
-
-# Without root, and on systems that are not Debian's: a compiler and make must be there. From Debian's package where apt-get can get
-# it, otherwise from stb's repository, as it was in April 2026.
-STB_URL ?= https://raw.githubusercontent.com/nothings/stb/31c1ad37456438565541f4919958214b6e762fb4
-deps-local:
-	@mkdir -p $(LOCAL)/stb
-	@cd $(LOCAL) && if rm -f libstb-dev_*.deb && apt-get -q download libstb-dev 2>/dev/null && dpkg -x libstb-dev_*.deb debian 2>/dev/null; \
-	  then cp debian/usr/include/stb/stb_image.h debian/usr/include/stb/stb_image_write.h stb/; \
-	  else for header in stb_image.h stb_image_write.h; do \
-	    { curl -fsSL -o stb/$$header $(STB_URL)/$$header || wget -q -O stb/$$header $(STB_URL)/$$header; } 2>/dev/null || \
-	      { rm -f stb/$$header; echo "deps-local: neither curl nor wget could fetch $(STB_URL)/$$header;" \
-	        "put stb_image.h and stb_image_write.h into $(LOCAL)/stb by hand"; exit 1; }; done; fi
-	@echo "deps-local: $(LOCAL)/stb has stb_image.h and stb_image_write.h; make finds them there"
 
 deps-extra:
 	@echo "Installing what the optional parts need: $(DEPS_EXTRA)"

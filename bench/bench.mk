@@ -25,7 +25,7 @@ bench: | $(RESULTS)
 	$(PIN) $(B)/paper --results $(RESULTS) $(BENCH_ARGS) $(NAME)
 	$(PLOTS_AND_TABLES)
 
-#: bench-check       measures less, in two minutes, and checks what must hold, and its controls
+#: bench-check       measures less, in five minutes, and checks what must hold, and its controls
 bench-check:
 	$(BUILD) $(B)/paper
 	$(PIN) $(B)/paper --check $(BENCH_ARGS); held=$$?; \

@@ -34,6 +34,10 @@ typedef struct course {
   uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
 } course;
 
+#ifndef KENSLER_ALONE
+static pktrt_counts kensler_unread; /* the scalar set counts always */
+#endif
+
 typedef struct race_set {
   void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */
   uint32_t (*setup)(const pktrt_scene *, pk_batch *, uint32_t i);
@@ -41,6 +45,7 @@ typedef struct race_set {
 #endif
 
 #define kensler_block PK_NAME(kensler_block)
+#define kensler_corner PK_NAME(kensler_corner)
 #define kensler_cross PK_NAME(kensler_cross)
 #define kensler_dot PK_NAME(kensler_dot)
 #define kensler_ours PK_NAME(kensler_ours)
@@ -74,6 +79,12 @@ VOP uint32_t kensler_test(const float8 *p0, const float8 *e0, const float8 *e1, 
   return bits & mbits(mand(vlt(tmin, *t), vlt(*t, tmax)));
 }
 
+/* Returns one coordinate of a corner of a block's eight triangles, at the ray's time. pk_tri_corner() returns those of
+   a slice, which has only four triangles on SSE2. */
+VOP float8 kensler_corner(const float *k0, const float *k1, float8 weight0, float8 weight1, const bool moving) {
+  return moving ? vadd(vmul(weight0, vload(k0)), vmul(weight1, vload(k1))) : vload(k0);
+}
+
 /* One ray against a leaf block. */
 VOP void kensler_block(const pk_bvh_segment *seg, pk_batch *b, uint32_t r, uint32_t index, const bool moving) {
   const pk_block *block = pk_segment_block(seg, index, moving);
@@ -82,9 +93,9 @@ VOP void kensler_block(const pk_bvh_segment *seg, pk_batch *b, uint32_t r, uint3
   const float8 weight1 = vset(b->weight1[r]), weight0 = vsub(vset(1), weight1);
   float8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
-    p0[a] = pk_tri_corner(k0 + 8 * a, k1 + 8 * a, weight0, weight1, moving);
-    e0[a] = vsub(pk_tri_corner(k0 + 24 + 8 * a, k1 + 24 + 8 * a, weight0, weight1, moving), p0[a]);
-    e1[a] = vsub(p0[a], pk_tri_corner(k0 + 48 + 8 * a, k1 + 48 + 8 * a, weight0, weight1, moving));
+    p0[a] = kensler_corner(k0 + 8 * a, k1 + 8 * a, weight0, weight1, moving);
+    e0[a] = vsub(kensler_corner(k0 + 24 + 8 * a, k1 + 24 + 8 * a, weight0, weight1, moving), p0[a]);
+    e1[a] = vsub(p0[a], kensler_corner(k0 + 48 + 8 * a, k1 + 48 + 8 * a, weight0, weight1, moving));
     o[a] = vset(b->o[a][r]), d[a] = vset(b->d[a][r]);
   }
   kensler_cross(e0, e1, n);
@@ -130,7 +141,7 @@ VOP void kensler_rays(pk_batch *b, const float *k0, const float *k1, uint32_t r,
 #ifndef KENSLER_ALONE /* who wants no race */
 /* pktrt's way with the same rays and triangles: as in a leaf of the paper path. */
 VOP void kensler_ours(const pk_bvh_segment *seg, pk_batch *b, const visit *v, const bool moving) {
-  const pk_variant variant = pk_variant_of(false, moving, false, NULL);
+  const pk_variant variant = pk_variant_of(false, moving, false, &kensler_unread);
   const pk_block *block = pk_segment_block(seg, v->block, moving);
   const float *k0 = pk_segment_vertices(seg, block, 0, moving), *k1 = pk_segment_vertices(seg, block, 1, moving);
   const uint32_t r = v->ray, bits = v->bits, *id = block->id;
@@ -164,7 +175,7 @@ VOP void kensler_race(const course *c, size_t batch, const bool kensler, const b
     if (groups && kensler) kensler_theirs(seg, b, v, moving);
     else if (groups) kensler_ours(seg, b, v, moving);
     else if (kensler) kensler_block(seg, b, v->ray, v->block, moving);
-    else pk_tri_ray_block(seg, b, v->ray, NULL, v->block, pk_variant_of(false, moving, false, NULL));
+    else pk_tri_ray_block(seg, b, v->ray, NULL, v->block, pk_variant_of(false, moving, false, &kensler_unread));
   }
 }
 

@@ -20,6 +20,7 @@
 #endif
 
 #define plain_block PK_NAME(plain_block)
+#define plain_corner PK_NAME(plain_corner)
 #define plain_cross PK_NAME(plain_cross)
 #define plain_cross_f PK_NAME(plain_cross_f)
 #define plain_dot PK_NAME(plain_dot)
@@ -66,6 +67,12 @@ VOP uint32_t plain_signs(float8 p[3][3], const float8 *o, const float8 *d, float
 }
 #endif
 
+/* Returns one coordinate of a corner of a block's eight triangles, at the ray's time. pk_tri_corner() returns those of
+   a slice, which has only four triangles on SSE2. */
+VOP float8 plain_corner(const float *k0, const float *k1, float8 weight0, float8 weight1, const bool moving) {
+  return moving ? vadd(vmul(weight0, vload(k0)), vmul(weight1, vload(k1))) : vload(k0);
+}
+
 /* The triangles of a block that a ray hits before what it has hit so far, and their depths. */
 VOP uint32_t plain_block(const pk_bvh_segment *seg, const pk_batch *b, uint32_t r, const pk_single *single,
     const pk_block *block, const bool moving, float8 *w) {
@@ -74,7 +81,7 @@ VOP uint32_t plain_block(const pk_bvh_segment *seg, const pk_batch *b, uint32_t 
   float8 p[3][3], o[3], d[3], top, det;
   UNROLL for (int a = 0; a < 3; a++) {
     UNROLL for (int c = 0; c < 3; c++) p[c][a] =
-        pk_tri_corner(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, weight0, weight1, moving);
+        plain_corner(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, weight0, weight1, moving);
     o[a] = vset(single ? single->ray->origin[a] : b->o[a][r]),
     d[a] = vset(single ? single->ray->direction[a] : b->d[a][r]);
   }

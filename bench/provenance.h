@@ -56,6 +56,17 @@ static const char *class_of(const processor *p) {
   return p->name[0] ? p->name : "unknown";
 }
 
+/* Whether the name of a processor tells which one it is, as most do by a number. */
+static bool name_tells(const processor *p) { return strpbrk(p->name, "0123456789") || !p->family; }
+
+/* What figures name a processor by: its class, or what it calls itself, with family and model where that tells nothing. */
+static const char *short_name(const processor *p, char text[256]) {
+  const char *class_name = class_of(p);
+  if (class_name != p->name || name_tells(p)) snprintf(text, 256, "%s", class_name);
+  else snprintf(text, 256, "%s (family %d model %d)", p->name, p->family, p->model);
+  return text;
+}
+
 static const char *widest_vectors(const processor *p) {
   return strstr(p->flags, "avx512f ") ? "AVX-512"
          : strstr(p->flags, "avx2 ")  ? "AVX2"
@@ -66,15 +77,15 @@ static const char *widest_vectors(const processor *p) {
 
 static void write_provenance(FILE *to, const char *command) {
   static processor p;
-  char date[32] = "unknown";
+  char date[32] = "unknown", name[256];
   const time_t now = time(NULL);
   const struct tm *today = localtime(&now);
   const long cores = sysconf(_SC_NPROCESSORS_ONLN);
   read_processor(&p);
   if (today) strftime(date, sizeof date, "%Y-%m-%d", today);
   fprintf(to, "# version %d.%d.%d; machine %s, %s, %ld core%s; date %s; command %s\n", PKTRT_VERSION / 10000,
-      PKTRT_VERSION / 100 % 100, PKTRT_VERSION % 100, class_of(&p), widest_vectors(&p), cores, cores == 1 ? "" : "s",
-      date, command);
+      PKTRT_VERSION / 100 % 100, PKTRT_VERSION % 100, short_name(&p, name), widest_vectors(&p), cores,
+      cores == 1 ? "" : "s", date, command);
 }
 
 /* A program's arguments as one line, as long as there is room. To be kept before getopt moves them. */

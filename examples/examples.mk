@@ -18,14 +18,16 @@ WEB_OBJECTS = build/web/pktrt.o \
 WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -s ALLOW_MEMORY_GROWTH=1 -s FILESYSTEM=0 \
   -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
 WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
+# What the page links to, so that the folder needs no other place.
+WEB_TEXTS = $(addprefix $(WEB)/,pktrt.h project.txt course.txt licence.txt)
 PORT ?= 8000
 EMCC := $(shell command -v emcc 2>/dev/null)
 web:
 ifeq ($(EMCC),)
 	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
 else
-	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE)
-	@echo "web: $(WEB) is ready, $$(cat $(WEB)/* | gzip -9 | wc -c) bytes compressed; make web-serve shows it"
+	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE) $(WEB_TEXTS)
+	@echo "web: $(WEB) is ready, $$(cd $(WEB) && cat *.html *.css *.js *.wasm | gzip -9 | wc -c) bytes compressed; make web-serve shows it"
 endif
 
 #: web-serve         shows the page out/web at http://localhost:8000; PORT=8001 elsewhere
@@ -61,13 +63,38 @@ build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | 
 # What the page shows of a packet's walk, as text. stb's header, which walk.c includes and does not use, is among the system's.
 build/web/walk.o: WEB_CC += -idirafter /usr/include
 build/web/walk.o $(B)/walk_events: examples/web/walk.c examples/course/course.h examples/course/07_figure3.h
-$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o
+$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o $(B)/all/web.o $(B)/all/web_file.o
 	$(PROGRAM)
+$(B)/all/web.o $(B)/all/web_file.o: $(B)/all/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | $(B)/all
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -c $< -o $@
 
 $(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
 	cp $< $@
 
+$(WEB)/pktrt.h: pktrt.h | $(WEB)
+	cp $< $@
+$(WEB)/project.txt: README.md | $(WEB)
+	cp $< $@
+$(WEB)/course.txt: examples/course/README.md $(sort $(wildcard examples/course/[0-9]*.md)) | $(WEB)
+	cat $^ >$@
+$(WEB)/licence.txt: pktrt.h | $(WEB)
+	sed -n '/^\/\* >>licence/,/\*\//{ /^\/\* >>licence/d; s/ *\*\/$$//; s/^   //; p; }' $< >$@
+
 # --- the course ---
+
+# Without root, and on systems that are not Debian's: a compiler and make must be there. From Debian's package where apt-get can get
+# it, otherwise from stb's repository, as it was in April 2026.
+STB_URL ?= https://raw.githubusercontent.com/nothings/stb/31c1ad37456438565541f4919958214b6e762fb4
+.PHONY: deps-local
+deps-local:
+	@mkdir -p $(LOCAL)/stb
+	@cd $(LOCAL) && if rm -f libstb-dev_*.deb && apt-get -q download libstb-dev 2>/dev/null && dpkg -x libstb-dev_*.deb debian 2>/dev/null; \
+	  then cp debian/usr/include/stb/stb_image.h debian/usr/include/stb/stb_image_write.h stb/; \
+	  else for header in stb_image.h stb_image_write.h; do \
+	    { curl -fsSL -o stb/$$header $(STB_URL)/$$header || wget -q -O stb/$$header $(STB_URL)/$$header; } 2>/dev/null || \
+	      { rm -f stb/$$header; echo "deps-local: neither curl nor wget could fetch $(STB_URL)/$$header;" \
+	        "put stb_image.h and stb_image_write.h into $(LOCAL)/stb by hand"; exit 1; }; done; fi
+	@echo "deps-local: $(LOCAL)/stb has stb_image.h and stb_image_write.h; make finds them there"
 
 # Chapters and labs are found by their names, as examples/course/README.md says. A program's figures stand beside its pictures.
 COURSE = examples/course

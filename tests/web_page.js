@@ -55,10 +55,10 @@ function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps
 // In the page, before its scripts: notes what is asked of workers and what they answer. `frames` counts whole previews; `picture`
 // is the latest first pass, `preview` the latest preview, `sums` what the canvas must show.
 function record() {
-  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null };
+  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null, costs: null };
   const asked = new Map();
   let job = { id: 0 };
-  function answered({ id, band, pixels }) {
+  function answered({ id, band, pixels, cost }) {
     const settings = asked.get(`${id} ${band.y}`), { width, height } = settings;
     asked.delete(`${id} ${band.y}`);
     if (id < job.id) return;
@@ -67,13 +67,19 @@ function record() {
     job.rows += band.rows;
     const pass = settings.samples > 1;
     if (pass && settings.pass === 0 && job.rows === band.rows)
-      noted.sums = { width, height, colour: new Float64Array(3 * width * height), count: new Uint8Array(height) };
+      noted.sums = { width, height, colour: new Float64Array(3 * width * height), count: new Uint8Array(height),
+        cost: new Float64Array(width * height) };
     if (pass && noted.sums) {
+      cost?.forEach((x, i) => noted.sums.cost[band.y * width + i] += x);
       pixels.forEach((x, i) => noted.sums.colour[3 * band.y * width + i] += x);
       for (let y = band.y; y < band.y + band.rows; y++) noted.sums.count[y]++;
     }
     if (noted.keep) noted.keep.push(Array.from(pixels.subarray(0, 20000)));
     if (job.rows < height) return;
+    if (pass && cost) { // of whole passes
+      const mean = Array.from(noted.sums.cost, (x) => x / (settings.pass + 1));
+      noted.costs = { samples: 2 * (settings.pass + 1), mean, first: settings.pass ? noted.costs?.first : mean };
+    }
     if (!pass) noted.frames++, noted.pixels += width * height, noted.preview = job;
     else if (settings.pass === 0) noted.picture = job;
   }
@@ -98,10 +104,11 @@ const complaints = []; // of all pages
 const hosts = new Set();
 let browser = null;
 
-async function open(hash, { width = 1280, height = 900, touch = false, dark = false } = {}) {
+async function open(hash, { width = 1280, height = 900, touch = false, dark = false, tour = false } = {}) {
   const page = await browser.newPage();
   await page.setViewport({ width, height, hasTouch: touch });
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" },
+    { name: "prefers-reduced-motion", value: tour ? "no-preference" : "reduce" }]);
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(error.message));
   page.on("requestfailed", (request) => complaints.push(`${request.url()}: ${request.failure().errorText}`));
@@ -328,10 +335,16 @@ async function files() {
   check("a file that is chosen is seen", chosen.checksum !== wider.checksum, await said(page, /^wedge\.stl: 1 triangle$/));
   const turned = await pictureAfter(page, () => page.click("#up"));
   check("with its y axis up it is another picture", turned.checksum !== chosen.checksum);
+  await page.focus("#picture");
+  await page.keyboard.press("w");
+  await eventShown(page, "1");
+  check("a packet walks in a model, too", await page.$eval("[name=walk-scene]", (it) => it.selectedOptions[0].text) === "wedge.stl" &&
+    /^64 rays/.test(await text(page, ".walk-count")), await text(page, ".walk-count"));
+  await page.click("#tab-look");
   const again = await pictureAfter(page, () => page.select("#scene", "rtrt"));
   check("a scene of the page comes back, and the sentence goes", again.settings.time === 0 && await text(page, "#model-said") === "");
   await checkLook(page, "the page with a model");
-  check("nothing but the page's own scripts is asked for", asked.every((it) => /^GET \/(reader|files|worker)\.js$/.test(it)),
+  check("nothing but the page's own scripts is asked for", asked.every((it) => /^GET \/(reader|files|worker|open|pktrt)\.js$/.test(it)),
     [...new Set(asked)].join(", "));
   await page.close();
   const narrow = await open("#mode=rcs", { width: 390, height: 844, touch: true });
@@ -369,6 +382,8 @@ async function touch() {
   check("two go nearer", distance(near.settings) < 0.7 * distance(turned.settings),
     `${distance(turned.settings).toFixed(2)} m, then ${distance(near.settings).toFixed(2)} m`);
   check("the canvas shows that", await canvasDiffers(page) < 1.01);
+  await drag(page, at, [0, 0], 2);
+  check("two that stay still click nothing", await page.$eval("#walk", (it) => it.hidden));
   check("the page has not been moved by it", await page.evaluate(() => scrollY) === 0);
   await checkLook(page, "the picture");
   await page.screenshot({ path: "out/web-360.png", fullPage: true });
@@ -460,6 +475,208 @@ async function walk() {
   await dark.close();
 }
 
+// The tour of the second tab, and whether its controls are in sight at once.
+async function tour() {
+  console.log("the tour");
+  const inSight = (page, selector) => page.$$eval(selector, (all) => all.filter((it) => it.offsetParent &&
+    it.getBoundingClientRect().bottom > innerHeight).map((it) => it.dataset.do || it.name || it.value || it.className));
+  const captions = (page) => page.evaluate(() => new Promise((done) => {
+    const told = [], caption = document.querySelector(".walk-caption");
+    const look = setInterval(() => {
+      if (!caption.hidden && caption.textContent && told[told.length - 1] !== caption.textContent) told.push(caption.textContent);
+      if (caption.hidden) clearInterval(look), done(told);
+    }, 50);
+  }));
+  for (const [width, height, controls] of [[1280, 800, "#walk :is(.walk-stage, .walk-side) :is(button, input, select, summary)"],
+    [390, 844, ".walk-stage :is(button, input, select, summary)"]]) {
+    const page = await open("#mode=rcs&size=256x256", { width, height, touch: width < 500, tour: true });
+    await firstPicture(page);
+    await page.click("#tab-walk");
+    await page.waitForFunction(() => !document.querySelector(".walk-caption").hidden, { timeout: 60000 });
+    check(`${width} x ${height}: the tab begins in 3D, with a tour`, await page.$eval("[name=walk-view]:checked", (it) => it.value) === "3d",
+      await text(page, ".walk-caption"));
+    await page.screenshot({ path: `out/web-tour-${width}.png` });
+    const below = await inSight(page, controls);
+    check(`${width} x ${height}: no control is below the fold`, below.length === 0, below.join(", "));
+    if (width === 1280) {
+      await page.evaluate(() => document.querySelector(".walk-stage").prepend(Object.assign(document.createElement("div"), { style: "height: 400px" })));
+      check("control: where there is less room, some are", (await inSight(page, controls)).length > 5);
+    }
+    const looks = () => page.$eval(".walk-view", (it) => it.toDataURL()), before = await looks();
+    await new Promise((done) => setTimeout(done, 1000));
+    check("it moves by itself", await looks() !== before);
+    if (width === 390) await page.touchscreen.tap(...await middle(page, ".walk-view"));
+    else await page.mouse.click(...await middle(page, ".walk-view"));
+    check("the first touch ends it", await page.$eval(".walk-caption", (it) => it.hidden));
+    const after = await looks();
+    await new Promise((done) => setTimeout(done, 700));
+    check("then it is still", await looks() === after);
+    if (width === 1280) {
+      await page.click("[data-do=tour]");
+      const told = await captions(page), said = await text(page, ".walk-sentence");
+      check("it can be played again, to its end", told.length === 4 && /^Event (\d+) of \1\. The walk is over/.test(said), told.join(" | "));
+      const count = (words) => Number(words.replace(/,/g, "")), [, took, all] = /took ([\d,]+) tests .* taken ([\d,]+)\./.exec(told[3]).map(count);
+      const events = nativeWalk(0, 0, 8, 96, 32, 1, 0, 63).events, end = events[events.length - 1];
+      check("what it says at the end is so", took === end.triangles && all > 10 * took && all % 64 === 0, `${took} of ${all}`);
+      await page.click("[data-do=tour]");
+      await page.keyboard.press("Escape");
+      check("a key ends it", await page.$eval(".walk-caption", (it) => it.hidden));
+    }
+    await page.close();
+  }
+  const calm = await open("#walk");
+  await eventShown(calm, "1");
+  check("control: whoever asks for less motion has no tour", await calm.$eval(".walk-caption", (it) => it.hidden) &&
+    await calm.$eval("[name=walk-view]:checked", (it) => it.value) === "3d");
+  await calm.close();
+  const page = await open("#walk?steps=none&event=142", { tour: true });
+  await eventShown(page, "142");
+  check("control: nor has an address that names a state", await page.$eval(".walk-caption", (it) => it.hidden));
+  await page.close();
+}
+
+// What is seen is in the address, and the browser's button goes back.
+async function addresses() {
+  console.log("addresses");
+  const page = await open("#mode=rcs&size=256x256"), hash = (of = page) => of.evaluate(() => location.hash);
+  const hashHas = (pattern, of = page) => of.waitForFunction((it) => new RegExp(it).test(location.hash), { timeout: 60000 }, pattern.source)
+    .then(() => true, () => false);
+  const first = await firstPicture(page);
+  check("an address that one comes with stays as it is", await hash() === "#mode=rcs&size=256x256");
+  await page.focus("#picture");
+  for (const key of ["ArrowLeft", "i"]) await pictureAfter(page, () => page.keyboard.press(key));
+  const seen = await pictureAfter(page, () => page.select("#path", "paper"));
+  check("it follows the camera and the controls", await hashHas(/^#mode=rcs&size=256x256&path=paper.*eye=.*&target=/), await hash());
+  const moved = await hash(), again = await open(moved);
+  check("opened anew it shows the same picture, bit for bit", (await firstPicture(again)).checksum === seen.checksum);
+  check("control: another one than at first", seen.checksum !== first.checksum);
+  await again.close();
+
+  const other = await pictureAfter(page, () => page.select("#scene", "rtrt"));
+  check("another scene has an address of its own", await hashHas(/^#scene=rtrt&mode=rcs/) && other.checksum !== seen.checksum, await hash());
+  const back = await pictureAfter(page, () => page.goBack());
+  check("back leads to the scene of before, as it was seen", await hash() === moved && back.checksum === seen.checksum);
+  check("control: the controls are those of before, too", await page.$eval("#scene", (it) => it.value) === "poolhall" &&
+    await page.$eval("#path", (it) => it.value) === "paper");
+  const forward = await pictureAfter(page, () => page.goForward());
+  check("forward leads to the other one", forward.checksum === other.checksum && await hashHas(/^#scene=rtrt/));
+  await pictureAfter(page, () => page.goBack());
+
+  await page.click("#tab-walk");
+  await eventShown(page, "1");
+  await page.click("[data-do=last]");
+  check("the other tab has an address, too", await hashHas(/^#walk\?.*event=/), await hash());
+  const tab = () => page.$eval("[role=tab][aria-selected=true]", (it) => it.id), last = await text(page, ".walk-sentence");
+  const shows = (name) => page.waitForFunction((it) => !document.getElementById(it).hidden, { timeout: 60000 }, name).then(() => true, () => false);
+  await page.evaluate(() => history.back());
+  check("back leads to the first tab", await shows("look") && await tab() === "tab-look" && await hash() === moved);
+  await page.evaluate(() => history.forward());
+  check("forward to the walk, where it was", await shows("walk") && await text(page, ".walk-sentence") === last);
+  await page.click("#tab-look");
+  check("a tab that is chosen brings its address", await hash() === moved);
+  await page.evaluate(() => { location.hash = "#scene=rtrt&mode=drt"; });
+  check("an address that is typed is followed", await page.waitForFunction(() => document.getElementById("mode").value === "drt" &&
+    document.getElementById("scene").value === "rtrt", { timeout: 60000 }).then(() => true, () => false));
+  await page.close();
+}
+
+async function fullscreen() {
+  console.log("fullscreen");
+  const page = await open("#scene=rtrt&mode=rcs&size=320x240&over=boxes");
+  await firstPicture(page);
+  const sizes = (selector) => page.$eval(selector, (it) => [it.getBoundingClientRect(), innerWidth, innerHeight]
+    .flatMap((x) => (typeof x === "number" ? x : [x.x, x.y, x.width, x.height])));
+  const fills = ([x, y, width, height, across, down], ratio) => (Math.abs(width - across) < 2 || Math.abs(height - down) < 2) && width < across + 2 &&
+    height < down + 2 && (!ratio || Math.abs(width / height - ratio) < 0.02) && Math.abs(2 * x + width - across) < 3 && Math.abs(2 * y + height - down) < 3;
+  const within = (full) => page.waitForFunction((it) => Boolean(document.fullscreenElement) === it, { timeout: 20000 }, full).then(() => true, () => false);
+  check("control: at first the picture does not fill the screen", !fills(await sizes("#picture"), 4 / 3));
+  await page.click("#fullscreen");
+  check("the button fills the screen with the picture", await within(true) && await page.waitForFunction(() => document.fullscreenElement &&
+    document.getElementById("picture").getBoundingClientRect().height > 0.9 * innerHeight, { timeout: 20000 }).then(() => true, () => false) &&
+    fills(await sizes("#picture"), 4 / 3), `${await sizes("#picture")}`);
+  check("what is laid over it lies over it", `${await sizes("#overlay")}` === `${await sizes("#picture")}`);
+  await page.screenshot({ path: "out/web-fullscreen.png" });
+  await page.focus("#picture");
+  await page.keyboard.press("f");
+  check("F ends it", await within(false) && !fills(await sizes("#picture"), 4 / 3));
+  await page.click("#tab-walk");
+  await eventShown(page, "1");
+  await page.click("[data-do=full]");
+  check("the walk can fill it, too", await within(true) && await page.waitForFunction(() => {
+    const { width, height } = document.querySelector(".walk-view").getBoundingClientRect();
+    return width === innerWidth && height > innerHeight - 2;
+  }, { timeout: 20000 }).then(() => true, () => false));
+  await page.evaluate(() => document.exitFullscreen());
+  await page.close();
+}
+
+// A click on the picture: the packet of that pixel, in that scene as it is seen, goes down the tree of the other tab.
+async function pick() {
+  console.log("from a pixel to its walk");
+  const page = await open("#scene=rtrt&mode=rcs&size=640x480&time=0.25&packet=4");
+  await firstPicture(page);
+  await page.focus("#picture");
+  const { settings } = await pictureAfter(page, () => page.keyboard.press("ArrowLeft"));
+  const box = await (await page.$("#picture")).boundingBox(), [x, y] = [335, 270]; // a pixel, in the middle of which one clicks
+  await page.mouse.click(box.x + (x + 0.5) * box.width / 640, box.y + (y + 0.5) * box.height / 480);
+  await eventShown(page, "1");
+  const hash = await page.evaluate(() => location.hash), named = new URLSearchParams(hash.slice(6));
+  const numbers = (name) => named.get(name).split(",").map(Number);
+  check("a click opens the walk of the packet that has the pixel", named.get("x") === "332" && named.get("y") === "268" && named.get("size") === "4" &&
+    named.get("picture") === "640x480", hash);
+  const near = (a, b) => a.every((v, i) => Math.abs(v - b[i]) < 1e-4);
+  check("it is seen from where the picture is", near(numbers("eye"), settings.eye) && near(numbers("target"), settings.target));
+  const events = (at) => nativeWalk(2, 0, 4, at, 268, 1, 0, 63, 2, 640, 480, settings.time, ...numbers("eye"), ...numbers("target")).events;
+  const kinds = await page.evaluate((of) => {
+    const said = [];
+    for (let i = 0; i < of; i++) {
+      said.push(document.querySelector(".walk-sentence").textContent);
+      document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+    }
+    return said;
+  }, events(332).length);
+  // What build/walk_events says of it, by what each sentence must have: what it is about, and how many rays are tested.
+  const must = (e) => [/is opened/, /the first active one/, /interval/, /four planes/, /first to hit/, /misses it/, /is met by/, /hits triangle/,
+    /all its rays/, /range ends/, /meets? the triangles/, /is over/][e.kind];
+  const same = (list) => list.length === kinds.length && list.every((e, i) => must(e).test(kinds[i]) && (e.kind !== 7 || kinds[i].includes(`triangle ${e.triangle} `)));
+  check("it is the walk of build/walk_events in that scene", events(332).length > 20 && same(events(332)), `${kinds.length} events`);
+  check("control: not that of a packet further on", !same(events(372)));
+  await page.waitForFunction((n) => location.hash.includes(`event=${n}&`), { timeout: 60000 }, kinds.length);
+  const opens = await page.evaluate(() => location.hash);
+  const drawn = () => page.$eval(".walk-view", (it) => it.toDataURL());
+  await page.click(".walk-more summary");
+  const before = await drawn();
+  await page.click("[name=walk-mesh]");
+  check("what the camera sees is drawn around it", before !== await drawn());
+  await page.click("[name=walk-mesh]");
+  check("control: with it the view is as before", before === await drawn());
+  await page.click(".walk-more summary");
+  await checkLook(page, "the walk in a scene of the first tab");
+  await page.screenshot({ path: "out/web-pick.png", fullPage: true });
+  await page.select("[name=walk-packet]", "mirror");
+  await eventShown(page, "[0-9]+");
+  check("its reflections walk, too", /[1-9][0-9]* rays?,/.test(await text(page, ".walk-count")), await text(page, ".walk-count"));
+  await page.close();
+  const again = await open(opens);
+  await eventShown(again, "[0-9]+");
+  check("the address leads there again", (await text(again, ".walk-sentence")) === kinds[kinds.length - 1], opens);
+  await again.close();
+  const dragged = await open("#scene=rtrt&mode=rcs&size=256x256");
+  await firstPicture(dragged);
+  const [cx, cy] = await middle(dragged, "#picture");
+  await dragged.mouse.move(cx, cy);
+  await dragged.mouse.down();
+  await dragged.mouse.move(cx + 40, cy + 5, { steps: 4 });
+  await dragged.mouse.up();
+  check("control: who drags stays in the picture", await dragged.$eval("#walk", (it) => it.hidden));
+  await pictureAfter(dragged, () => dragged.click("#animate"), "preview");
+  await dragged.focus("#picture");
+  await dragged.keyboard.press("w");
+  await eventShown(dragged, "1");
+  check("W leads to the packet in the middle", /x=128&y=128/.test(await dragged.evaluate(() => location.hash)));
+  await dragged.close();
+}
+
 // Opens a link of the course: whether the page says its title in sight, with controls and address as the link has them.
 async function leads({ hash, title }, timeout = 20000) {
   const page = await open(hash);
@@ -487,10 +704,110 @@ async function links() {
     check(`control: not ${hash}`, !await leads({ hash, title }, 3000));
 }
 
+// The table of ways of tracing: {way: [milliseconds, rays, nodes, boxes, triangles]}, the way as "paper: all 8 x 8".
+const waysTried = (page) => page.$$eval("#tried tbody tr", (rows) => Object.fromEntries(rows.map((row) => {
+  const [path, packets, ...figures] = [...row.cells].map((it) => it.textContent);
+  return [`${path} ${packets}`, figures.map((it) => Number(it.replace(/,/g, "")))];
+})));
+
+async function paths() {
+  console.log("ways of tracing");
+  const page = await open("#scene=poolhall&mode=wrt&size=256x256");
+  const fast = await firstPicture(page);
+  const timed = (way) => page.waitForFunction((of) => [...document.querySelectorAll("#tried tbody tr")].some((row) =>
+    `${row.cells[0].textContent} ${row.cells[1].textContent}` === of && Number(row.cells[2].textContent) > 0),
+    { timeout: 120000 }, way);
+  await timed("fast 8 x 8");
+  for (const [path, packet, steps, way] of [["paper", "8", "all", "paper: all 8 x 8"], ["paper", "2", "all", "paper: all 2 x 2"],
+    ["paper", "8", "none", "paper: none 8 x 8"], ["single", "8", "none", "single -"]]) {
+    const one = await pictureAfter(page, async () => {
+      for (const [id, value] of [["path", path], ["packet", packet], ["steps", steps]])
+        if (await page.$eval(`#${id}`, (it) => it.value) !== value && (id !== "steps" || path === "paper")) await page.select(`#${id}`, value);
+    });
+    await timed(way);
+    check(`${way}: the same floats`, one.checksum === fast.checksum);
+  }
+  const ways = await waysTried(page), told = (way) => `${ways[way].join(", ")}`;
+  const said = execFileSync(`${bin}/render`, ["--scene", "poolhall", "--mode", "wrt", "--size", "256x256", "--spp", "2", "--path",
+    "paper", "--no-progress"], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+  const [, rays, boxes, triangles] = /^ *all +(\d+) +\S+ +\S+ +(\S+) +(\S+)/m.exec(said).map(Number);
+  const near = (x, y) => Math.abs(x / y - 1) < 0.02;
+  const counts = (way) => ways[way][1] === rays && near(ways[way][3], boxes) && near(ways[way][4], triangles);
+  check("the paper's path does the work that build/render counts", counts("paper: all 8 x 8"), told("paper: all 8 x 8"));
+  check("control: without its steps it does other work", !counts("paper: none 8 x 8"), told("paper: none 8 x 8"));
+  check("smaller packets open more nodes", ways["paper: all 2 x 2"][2] > 3 * ways["paper: all 8 x 8"][2], told("paper: all 2 x 2"));
+  check("the fast path counts rays alone", ways["fast 8 x 8"][1] === rays && !(ways["fast 8 x 8"][3] > 0), told("fast 8 x 8"));
+  await page.focus("#picture");
+  await pictureAfter(page, () => page.keyboard.press("ArrowLeft"));
+  check("of another view the table begins anew", Object.keys(await waysTried(page)).length <= 1);
+  await checkLook(page, "the page with the table");
+  await page.screenshot({ path: "out/web-paths.png", fullPage: true });
+  await page.close();
+}
+
+// What lies over the picture, against the heat of build/render: colours by the logarithm of the counts, from black to white.
+async function costs() {
+  console.log("costs laid over the picture");
+  const page = await open("#scene=rtrt&mode=wrt&size=256x256&path=paper&over=boxes"), file = path.join(os.tmpdir(), `web-heat-${process.pid}.pfm`);
+  await page.waitForFunction(() => noted.costs?.samples >= 8, { timeout: 120000 });
+  execFileSync(`${bin}/render`, ["--scene", "rtrt", "--mode", "wrt", "--size", "256x256", "--spp", "2", "--path", "paper", "--heat", "boxes",
+    "--no-progress", "-o", file], { stdio: "ignore" });
+  const bytes = fs.readFileSync(file), head = /^P[Ff]\n(\d+) (\d+)\n(\S+)\n/.exec(bytes.subarray(0, 40).toString("latin1"));
+  fs.rmSync(file);
+  const channels = bytes.subarray(0, 2).toString() === "PF" ? 3 : 1, counts = []; // rows from the lowest up
+  for (let y = 255; y >= 0; y--) for (let x = 0; x < 256; x++) counts.push(bytes.readFloatLE(head[0].length + 4 * channels * (256 * y + x)));
+  const now = await page.waitForFunction(() => Number(document.getElementById("samples").textContent) === noted.costs.samples && {
+    ...noted.costs, shown: [...document.getElementById("overlay").getContext("2d").getImageData(0, 0, 256, 256).data],
+    least: document.getElementById("legend-least").textContent, most: document.getElementById("legend-most").textContent,
+    ticks: [...document.querySelectorAll("#legend-scale span")].map((it) => [it.textContent, parseFloat(it.style.left)]),
+  }, { timeout: 60000 }).then((it) => it.jsonValue());
+  const equal = counts.filter((x, i) => Math.abs(x - now.first[i]) <= 0.02 * x + 1).length / counts.length;
+  check("boxes are counted as by build/render", equal > 0.98, `${(100 * equal).toFixed(1)}% of pixels`);
+  const besides = counts.filter((x, i) => i && Math.abs(x - now.first[i - 1]) <= 0.02 * x + 1).length / counts.length;
+  check("control: not those of the pixel beside it", besides < 0.9, `${(100 * besides).toFixed(1)}%`);
+  const number = (told) => Number(told.replace(/,/g, "")), { ticks, shown } = now, least = number(now.least), most = number(now.most);
+  const place = (x) => Math.log(x / least) / Math.log(most / least);
+  check("its legend goes from a power of ten up", Number.isInteger(Math.log10(least)) && most >= 10 * least, `${least} to ${most}`);
+  check("powers of ten are marked at the place of their logarithm", ticks.length > 0 && ticks.every(([told, at]) =>
+    Math.abs(at - 100 * place(number(told))) < 0.1), ticks.join(" "));
+  const heat = [[0, 0, 0], [35, 15, 95], [110, 25, 120], [205, 50, 70], [245, 125, 25], [250, 205, 70], [255, 255, 255]];
+  const colour = (part) => {
+    const at = 6 * Math.max(0, Math.min(1, part)), below = Math.min(5, Math.floor(at));
+    return heat[below].map((x, c) => x + (at - below) * (heat[below + 1][c] - x));
+  };
+  const good = (to) => now.mean.filter((x, i) => colour(to(x)).every((c, k) => Math.abs(c - shown[4 * i + k]) < 6)).length / counts.length;
+  check("pixels have the colours of these counts", good(place) > 0.9, `${(100 * good(place)).toFixed(1)}%`);
+  check("control: not those of a linear scale", good((x) => x / most) < 0.5, `${(100 * good((x) => x / most)).toFixed(1)}%`);
+  await page.screenshot({ path: "out/web-costs.png" });
+  await page.close();
+}
+
+// What a visitor reads first, and where the links at the foot lead.
+async function texts() {
+  console.log("texts and links");
+  const page = await open("#mode=rcs&size=256x256");
+  const first = (await text(page, "#about")).trim().replace(/\s+/g, " ").split(". ")[0], plain = (words) => !/pktrt|WebAssembly|packet|header|bits/.test(words);
+  check("the first sentence says in plain words what the page does", /^This page draws/.test(first) && plain(first), first);
+  check("control: not one for those who know", !plain("A packet ray tracer in one C header"));
+  const links = await page.$$eval("footer a", (all) => all.map((it) => it.href));
+  const reads = async (link, pattern) => {
+    const answer = await fetch(link);
+    return answer.ok && pattern.test(await answer.text());
+  };
+  for (const [name, pattern] of [["project.txt", /^# pktrt\.h\n[^]*## Licence/], ["course.txt", /The course[^]*Interval/i],
+    ["pktrt.h", /PKTRT_IMPLEMENTATION/], ["licence.txt", /^\s*This software is available under two licences[^]*MIT[^]*domain/]])
+    check(`the foot leads to ${name}`, links.includes(`${url}/${name}`) && await reads(`${url}/${name}`, pattern));
+  check("the licence is text alone", !await reads(`${url}/licence.txt`, /\*\/|>>/));
+  check("and to the paper", links.some((link) => link === "https://graphicsinterface.org/proceedings/gi2007/gi2007-24/"));
+  check("control: not to a text that is missing", !await reads(`${url}/licences.txt`, /./));
+  await page.close();
+}
+
 async function quick() {
   console.log("time and memory");
   const packed = (name) => zlib.gzipSync(fs.readFileSync(path.join(folder, name))).length;
-  const bytes = fs.readdirSync(folder).reduce((sum, name) => sum + packed(name), 0);
+  const loaded = fs.readdirSync(folder).filter((name) => /\.(html|css|js|wasm)$/.test(name));
+  const bytes = loaded.reduce((sum, name) => sum + packed(name), 0);
   check(`less than ${MOST_BYTES / 1e6} MB to load, compressed`, bytes < MOST_BYTES, `${(bytes / 1e6).toFixed(2)} MB`);
   await checkTime(`the first picture comes within ${SECONDS_TO_FIRST} s`, async () => {
     const page = await open("");
@@ -584,7 +901,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, links, quick, speed, complaining])
+    for (const part of [pictures, files, touch, wide, walk, tour, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

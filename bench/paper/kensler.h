@@ -5,7 +5,7 @@
    These are internals of pktrt.h: its vectors, blocks and batches, pk_tri_ray_block and
    pk_paper_test_triangle. There is no public way to test triangles without a tree.
 
-   Contents: kernels, pairs, racing, edges, part. */
+   Contents: kernels, pairs, racing, edges, agreement, part. */
 #ifndef PAPER_KENSLER_H
 #define PAPER_KENSLER_H
 
@@ -365,6 +365,64 @@ static void race_edges(const bench *b, size_t rays, bool moving) {
   pktrt_scene_destroy(tree);
   free(ray);
   free(triangles);
+}
+
+/* >>agreement ------------------------------------------------------------------------------------------------------ */
+
+/* Returns how many of the rays hit another triangle by Kensler and Shirley's test than by pktrt's. The control compares
+   each ray with the one before it. */
+static size_t count_unlike(course *c, const race_set *set, bool groups, bool control, uint32_t *slot[2]) {
+  size_t differing = 0, hits = 0;
+
+  set_up(c, set);
+  for (int s = 0; s < 2; s++) {
+    go(c, set, s, groups);
+    read_slots(c, slot[s]);
+  }
+
+  for (size_t i = 1; i < c->rays; i++) {
+    differing += slot[0][i] != slot[1][control ? i - 1 : i];
+    hits += slot[0][i] != PKTRT_NONE;
+  }
+  if (2 * hits < c->rays) fatal("too few rays hit anything");
+  return differing;
+}
+
+/* Returns how many of a thousand primary rays hit another triangle: the most on any instruction set, for one ray and for
+   eight, at rest and moving. */
+static double most_differing(bench *b, bool control, char *details, size_t room) {
+  static const pktrt_isa sets[] = {PKTRT_ISA_SCALAR, PKTRT_ISA_SSE2, PKTRT_ISA_NEON, PKTRT_ISA_AVX2, PKTRT_ISA_AVX512};
+  const size_t pixels = (size_t)b->given.size * b->given.size, rays = pixels < 16384 ? pixels : 16384;
+  const setup s = pool_hall(b);
+  pktrt_ray *ray = (pktrt_ray *)take(rays, sizeof *ray);
+  uint32_t *slot[2];
+  double most = -1;
+  for (int i = 0; i < 2; i++) slot[i] = (uint32_t *)take(rays, sizeof(uint32_t));
+
+  open_setup(&b->now, &s);
+  for (int moving = 0; moving < 2; moving++) {
+    pktrt_scene *tree = moving ? turned(&b->now.made, widest()) : b->now.tree;
+    primary_rays(b, ray, rays, moving);
+    course c = make_course(tree, ray, rays);
+
+    for (size_t i = 0; i < 2 * sizeof sets / sizeof *sets; i++) {
+      const pktrt_isa isa = sets[i / 2];
+      const bool groups = i % 2;
+      if (!races_of(isa) || !pktrt_isa_available(isa)) continue;
+      const size_t differing = count_unlike(&c, races_of(isa), groups, control, slot);
+      const double figure = 1000 * (double)differing / (double)rays;
+      if (figure <= most) continue;
+      most = figure;
+      snprintf(details, room, "per thousand; the most, %zu of %zu, on %s, %s, %s", differing, rays,
+          pktrt_isa_string(isa), groups ? "eight rays" : "one ray", moving ? "two keys" : "still");
+    }
+    free_course(&c);
+    if (moving) pktrt_scene_destroy(tree);
+  }
+
+  for (int i = 0; i < 2; i++) free(slot[i]);
+  free(ray);
+  return most;
 }
 
 /* >>part ----------------------------------------------------------------------------------------------------------- */

@@ -14,6 +14,7 @@
    How it is done stands in paper.h, what must hold in checks.h; the other headers hold further parts.
 
    Contents: parts, main. */
+#include "amortise.h"
 #include "checks.h"
 #include "embree_rcs.h"
 #include "kensler.h"
@@ -25,7 +26,7 @@
 
 /* Single rays and packets: Mrays/s of both, and how many times as fast. */
 static void say_pair(const bench *b, const row *r) {
-  say(&b->out, " %.2f to %.2f: %.2fx |", mrays(&r[0]), mrays(&r[1]), r[1].speedup);
+  say(&b->out, " %.2f | %.2f | %.2fx |", mrays(&r[0]), mrays(&r[1]), r[1].speedup);
 }
 
 /* The fast path's packets against the same waves of rays, made, set up and shaded together, of which each is traced by
@@ -71,11 +72,13 @@ static void table1(bench *b) {
   const row *s = measure_pair(b, &smooth, 0, 0, 0);
   print_speeds(b);
   print_tests(b);
-  say(&b->out, "Mrays/s, single rays to packets by ray type:\n\n| scene | packets | the paper |");
-  say_columns(b, "|---|---|--:|");
+  say_machines(b);
+  say(&b->out, "Mrays/s of single rays and of packets by ray type:\n\n| scene | packets | the paper: single | packets "
+               "| speed-up |");
+  say_columns(b, "|---|---|--:|--:|--:|");
   for (int k = 0; k < 3; k++)
     for (int e = 0; e < 4; e++) {
-      say(&b->out, "| %s | %ux%u | %.2f to %.2f: %.2fx |", paper[k].scene, edges[e], edges[e], paper[k].single[e],
+      say(&b->out, "| %s | %ux%u | %.2f | %.2f | %.2fx |", paper[k].scene, edges[e], edges[e], paper[k].single[e],
           paper[k].types[e], paper[k].speedup[e]);
       for (int c = 0; c < columns(); c++) say_pair(b, r[k][c][e]);
       say(&b->out, "\n");
@@ -97,18 +100,19 @@ static void table2(bench *b) {
         const pktrt_mode mode = (pktrt_mode)m;
         setup s = one_frame(b, paper[k].scene, mode, mode == PKTRT_MODE_DRT ? 4 : 1);
         column(c, &s);
-        row *made = measure(b, &s, 1);
-        made->paper = paper[k].speed[m];
-        r[k][c][m] = made;
+        r[k][c][m] = measure_pair(b, &s, 0, paper[k].speed[m], 0);
       }
   print_speeds(b);
   print_tests(b);
-  say(&b->out, "Mrays/s:\n\n| scene | mode | the paper |");
+  say_machines(b);
+  say(&b->out,
+      "Mrays/s of single rays and of packets of 8x8 by ray type; the paper has packets only:\n\n| scene | mode "
+      "| the paper: packets |");
   say_columns(b, "|---|---|--:|");
   for (int k = 0; k < 3; k++)
     for (int m = 0; m < 3; m++) {
       say(&b->out, "| %s | %s | %.2f |", paper[k].scene, mode_names[m], paper[k].speed[m]);
-      for (int c = 0; c < columns(); c++) say(&b->out, " %.2f |", mrays(r[k][c][m]));
+      for (int c = 0; c < columns(); c++) say_pair(b, r[k][c][m]);
       say(&b->out, "\n");
     }
   say(&b->out, "\n");
@@ -126,10 +130,12 @@ static void table3(bench *b) {
     }
   print_speeds(b);
   print_tests(b);
-  say(&b->out, "Mrays/s, single rays to packets by ray type:\n\n| samples | the paper |");
-  say_columns(b, "|--:|--:|");
+  say_machines(b);
+  say(&b->out, "Mrays/s of single rays and of packets by ray type:\n\n| samples | the paper: single | packets "
+               "| speed-up |");
+  say_columns(b, "|--:|--:|--:|--:|");
   for (int e = 0; e < 3; e++) {
-    say(&b->out, "| %u | %.2f to %.2f: %.2fx |", edges[e] * edges[e], single[e], types[e], speedup[e]);
+    say(&b->out, "| %u | %.2f | %.2f | %.2fx |", edges[e] * edges[e], single[e], types[e], speedup[e]);
     for (int c = 0; c < columns(); c++) say_pair(b, r[c][e]);
     say(&b->out, "\n");
   }
@@ -166,6 +172,7 @@ static void figure6(bench *b) {
   }
   print_speeds(b);
   print_tests(b);
+  say_machines(b);
   say(&b->out, "Tests per ray:\n\n| packets |");
   say_paths(b, "boxes / triangles | Mrays/s");
   say(&b->out, " paper path, steps of 2007: boxes / triangles | Mrays/s |\n|---|--:|--:|--:|--:|--:|--:|\n");
@@ -240,6 +247,7 @@ static void vary(bench *b, const char *name, feature f) {
 }
 
 static void figure7(bench *b) {
+  say_machines(b);
   vary(b, "conference", APERTURE);
   vary(b, "conference", LIGHT_SIZE);
   vary(b, "conference", GLOSS);
@@ -293,6 +301,7 @@ static void figure8(bench *b) {
     }
   print_speeds(b);
   print_tests(b);
+  say_machines(b);
   say(&b->out, "Tests per ray; speed, and that of ray types in times of it:\n\n| scene | assembly |");
   say_paths(b, "boxes / triangles | Mrays/s | ray types");
   say(&b->out, "\n|---|---|--:|--:|--:|--:|--:|--:|\n");
@@ -523,6 +532,7 @@ static const struct part {
     {"section4", "branching, mapping to lobes, samplers: what they cost", section4},
     {"section5", "time of more samples of a pixel", section5},
     {"section31", "what SIMD alone and what amortisation gives, lanes in use", section31},
+    {"amortisation", "which of our changes removes what packets of the paper save, in counts", amortisation},
     {"section6", "share of shading, scaling over cores, upkeep of deforming meshes", section6},
     {"frames", "frames per second by mode, size and samples", frames},
     {"kensler", "the triangle test of Kensler and Shirley beside ours, static and moving", kensler},

@@ -47,7 +47,7 @@ if (name eq "table1") {
 }
 
 if (name eq "figure6") {
-  of(path, sort) = rows(sprintf('$12 == "%s" && $6 == "%s"', sort, path))
+  of(path, sort) = rows(sprintf('$1 == "" && $12 == "%s" && $6 == "%s"', sort, path))
   set multiplot layout 1, 2 title "Figure 6: tests per ray against packet size, Whitted's mode, conference"
   set logscale x 2
   set xrange [1.7:19]
@@ -60,6 +60,7 @@ if (name eq "figure6") {
          of("paper", "primary") using 8:i with linespoints pt 6 lc rgb plum title "primary", \
          of("paper", "shadow") using 8:i with linespoints pt 4 lc rgb leaf title "shadow", \
          of("paper", "reflection") using 8:i with linespoints pt 8 lc rgb sand title "reflection", \
+         rows('$1 == "steps" && $12 == "all"') using 8:i with linespoints dt 3 pt 12 lw 2 lc rgb ink title "all rays, steps of 2007", \
          of("fast", "all") using 8:i with linespoints dt 2 pt 9 lw 3 lc rgb fire title "fast path, all rays"
   }
   unset multiplot

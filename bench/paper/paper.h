@@ -445,13 +445,42 @@ static bool column(int i, setup *s) { /* false: there is no such one */
   return i < columns();
 }
 
-/* The columns' names, and the line below the head of a table that begins with `rule`. */
+/* The columns' names, three to each, and the line below the head of a table that begins with `rule`. */
 static void say_columns(const bench *b, const char *rule) {
   for (int c = 0; c < columns(); c++)
-    say(&b->out, " %s, %s |", c ? "fast path" : "paper path", pktrt_isa_string(c == 2 ? widest() : four_lanes()));
+    say(&b->out, " %s, %s: single | packets | speed-up |", c ? "fast path" : "paper path",
+        pktrt_isa_string(c == 2 ? widest() : four_lanes()));
   say(&b->out, "\n%s", rule);
-  for (int c = 0; c < columns(); c++) say(&b->out, "--:|");
+  for (int c = 0; c < columns(); c++) say(&b->out, "--:|--:|--:|");
   say(&b->out, "\n");
+}
+
+/* How many lanes a register has. */
+static int lanes_of(pktrt_isa isa) {
+  return isa == PKTRT_ISA_AVX512 ? 16 : isa == PKTRT_ISA_AVX2 ? 8 : isa == PKTRT_ISA_SCALAR ? 1 : 4;
+}
+
+/* Names the machine in full, as in "AMD EPYC, family 26 model 2 = Zen 5". */
+static const char *full_name(const processor *p, char text[512]) {
+  const char *known = class_of(p);
+  if (name_tells(p)) snprintf(text, 512, "%s", known == p->name || !p->name[0] ? known : p->name);
+  else if (known == p->name) snprintf(text, 512, "%s, family %d model %d", p->name, p->family, p->model);
+  else snprintf(text, 512, "%s, family %d model %d = %s", p->name, p->family, p->model, known);
+  return text;
+}
+
+/* The line above tables with times: both machines and trees. */
+static void say_machines(const bench *b) {
+  static processor p;
+  char name[512];
+  read_processor(&p);
+  say(&b->out,
+      "Compare ratios, not times. The paper: one core of an Opteron 880, 2.4 GHz, 4 lanes of SSE, a binary tree. Here: "
+      "one core of %s; eight children to a node; vectors of eight lanes on the paper path, in registers of %d (%s), "
+      "and "
+      "up to %d lanes on the fast path (%s).\n\n",
+      full_name(&p, name), lanes_of(four_lanes()), pktrt_isa_string(four_lanes()),
+      lanes_of(widest()) > 8 ? lanes_of(widest()) : 8, pktrt_isa_string(widest()));
 }
 
 static const unsigned edges[4] = {2, 4, 8, 16};

@@ -4,8 +4,9 @@
 //
 // Pictures are made by workers, band by band (worker.js). This page sums up passes, and shows them. A band's floats depend on
 // what was asked for alone, not on who made it or when.
-import { byId, given, moduleCode } from "./page.js";
+import { addresses, byId, given, isWalk, moduleCode, setControl } from "./page.js";
 import { modelOf } from "./files.js";
+import { hashOf, stepsOf, stepsText, tidy, WALK_DEFAULTS } from "./walk_data.js";
 
 const SAMPLES = 2; // of a pixel and pass: a single one would lie in the middle each time, but in DRT
 const MOST_PASSES = 128;
@@ -19,7 +20,7 @@ const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKT
 
 const control = Object.fromEntries(
   ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "faint", "packet", "workers",
-    "over", "strength", "files", "up"].map((id) => [id, byId(id)]));
+    "over", "strength", "files", "up", "path", "steps"].map((id) => [id, byId(id)]));
 const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
 const show = (id, text) => { byId(id).textContent = text; };
@@ -139,15 +140,85 @@ function take(one, answer) {
 // A worker that was the last to hear of a scene may tell of one that is no longer wanted.
 function takeScene({ camera: told, triangles }) {
   if (cameraScene === wantedScene() || workers[0].scene !== wanted()) return;
-  const keep = cameraScene === "" ? given : new Map(); // what the address says counts once
+  const keep = address; // what it says counts once
+  address = new Map();
   kept = null;
   firstCamera = { eye: told.slice(0, 3), target: told.slice(3, 6), fov: told[6], aperture: told[7], focus: told[8] };
   cameraScene = wantedScene();
-  camera = { ...firstCamera };
-  if (!keep.has("aperture")) setNumber("aperture", told[7]);
-  if (!keep.has("focus")) setNumber("focus", told[8] || Math.hypot(...sub(camera.eye, camera.target)));
+  lookFrom(keep);
   show("triangles", triangles.toLocaleString("en"));
 }
+
+// --- the address ---
+
+// What is in it, beside eye and target. The lens is the scene's own if it is not named.
+const ADDRESSED = ["scene", "mode", "size", "path", "steps", "packet", "aperture", "focus", "shutter", "light", "time", "over", "strength",
+  "full", "faint"];
+let address = given;                               // what the next scene is to be seen like
+let written = isWalk() ? "" : location.hash;       // what stands there
+let addressed = {};                                // values of controls that need not be named
+let writing = 0;
+const valueOf = (id) => (control[id].type === "checkbox" ? String(Number(control[id].checked))
+  : id === "steps" ? stepsText(steps()) : control[id].value);
+const pointText = (point) => point.map((x) => +Math.fround(x).toPrecision(9)).join();
+const pointIn = (text) => {
+  const point = (text ?? "").split(",").map(Number);
+  return point.length === 3 && point.every((x) => Number.isFinite(x) && Math.abs(x) < 1e6) ? point : null;
+};
+
+// Looks at a scene as an address says, and where it says nothing as the scene does.
+function lookFrom(named) {
+  camera = { ...firstCamera };
+  const eye = pointIn(named.get("eye")), target = pointIn(named.get("target"));
+  if (eye && target && Math.hypot(...sub(eye, target)) > 0) Object.assign(camera, { eye, target });
+  const { aperture, focus } = firstCamera;
+  if (!named.has("aperture")) setNumber("aperture", aperture);
+  if (!named.has("focus")) setNumber("focus", focus || Math.hypot(...sub(camera.eye, camera.target)));
+  Object.assign(addressed, { ownAperture: control.aperture.value, ownFocus: control.focus.value });
+}
+
+// Of a scene that is not there yet: seen as it is at first. A model is gone when the page is, and has none.
+function addressNow() {
+  if (isModel()) return "";
+  const there = camera && cameraScene === wantedScene(), own = { ...addressed, aperture: addressed.ownAperture, focus: addressed.ownFocus };
+  const named = ADDRESSED.filter((id) => valueOf(id) !== own[id] && (there || !["aperture", "focus"].includes(id)))
+    .map((id) => `${id}=${valueOf(id)}`);
+  if (!there) return named.length ? `#${named.join("&")}` : "";
+  const same = (a, b) => pointText(a) === pointText(b);
+  if (!same(camera.eye, firstCamera.eye) || !same(camera.target, firstCamera.target))
+    named.push(`eye=${pointText(camera.eye)}`, `target=${pointText(camera.target)}`);
+  return named.length ? `#${named.join("&")}` : "";
+}
+
+// Writes the address when nothing has changed for a while: browsers count such calls.
+function writeAddress() {
+  clearTimeout(writing);
+  writing = setTimeout(() => writeNow("replaceState"), 300);
+}
+function writeNow(how) {
+  clearTimeout(writing), writing = 0;
+  if (section.hidden || control.animate.checked) return;
+  if (cameraScene !== wantedScene() && how === "replaceState") return writeAddress();
+  written = addressNow();
+  history[how](null, "", written || location.pathname + location.search);
+}
+addresses.look = () => written;
+
+addEventListener("hashchange", () => {
+  if (isWalk() || location.hash === written) return;
+  const named = new URLSearchParams(location.hash.slice(1)), before = control.size.value;
+  written = location.hash;
+  for (const id of ADDRESSED) setControl(id, named.get(id) ?? (id === "scene" ? "poolhall" : (addressed[id] || control[id].value)));
+  setSteps(stepsOf(named.get("steps") ?? "all"));
+  control.animate.checked = false;
+  if (control.size.value !== before) fit();
+  sayModel();
+  address = named;
+  if (cameraScene === wantedScene()) lookFrom(named), address = new Map();
+  showNumbers();
+  change();
+  clearTimeout(writing), writing = 0;
+});
 
 // --- pictures ---
 
@@ -169,6 +240,7 @@ function change() {
   passes = 0;
   report = null;
   feed();
+  writeAddress();
 }
 
 function begin() {
@@ -223,8 +295,10 @@ function beginJob(width, height, samples, pass) {
     focus: number("focus"), time: number("time"), shutter: control.mode.value === "drt" ? number("shutter") : 0,
     mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
     attenuation: pass < 0 && control.faint.checked ? FAINT : 0,
+    path: control.path.selectedIndex, steps: steps(), counted: Number(pass === 0), // which takes time: not in the others
   };
-  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false };
+  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false, spent: 0,
+    work: pass === 0 ? [0, 0, 0, 0] : null, way: wayOf(common) };
   job.bands = cut(height, Math.max(expected / BAND_MS, pass < 0 ? workers.length : 2 * workers.length))
     .map((band) => ({ ...common, ...band }));
   job.left = job.bands.length;
@@ -256,7 +330,7 @@ function encode(image, y, values, from, count, factor) {
   }
 }
 
-function takeBand(job, { band, pixels, cost, built, posing, rendering }) {
+function takeBand(job, { band, pixels, cost, work: done, built, posing, rendering }) {
   const { width, height, pass, image } = job, first = band.y * width, n = band.rows * width;
   msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
   for (let i = Math.ceil((64 * band.y) / height); i < (64 * (band.y + band.rows)) / height; i++)
@@ -264,6 +338,8 @@ function takeBand(job, { band, pixels, cost, built, posing, rendering }) {
   if (built) job.built = true; // which is no measure of what fits into a frame
   else if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
   if (cost) job.cost.set(cost, first);
+  job.spent += rendering;
+  if (done) job.work = job.work.map((x, i) => x + done[i]);
   if (pass < 0) encode(image, band.y, pixels, 0, n, 1);
   else {
     for (let i = 0, at = 3 * first, from = 0; i < n; i++, at += 3, from += 3) {
@@ -297,6 +373,7 @@ function finish(done) {
   } else if (!done.built) adapt(PREVIEW_MS / (now - alone));
   layOver(done);
   showFigures(done);
+  if (done.pass >= 0) noteWay(done);
 }
 
 // As many pixels as fit; a size that is about right stays, else it would never be at rest.
@@ -356,12 +433,13 @@ const heatCodes = Uint8ClampedArray.from({ length: 768 }, (_, i) => {
   return heat[below][i % 3] + (at - below) * (heat[below + 1][i % 3] - heat[below][i % 3]);
 });
 
-// What is white: 1, 2 or 5 times a power of ten, which about one pixel of 200 exceeds.
+// What is black and what is white of counts, which one pixel of 200 is below and exceeds: a power of ten from 1 on, and 1, 2
+// or 5 times one.
 function heatScale(values) {
-  const some = values.filter((_, i) => i % Math.ceil(values.length / 20000) === 0).sort();
-  const most = Math.max(1, some[some.length - 1 - Math.floor(some.length / 200)]);
-  const ten = 10 ** Math.floor(Math.log10(most));
-  return [1, 2, 5, 10].find((step) => step * ten >= most) * ten;
+  const some = values.filter((x, i) => i % Math.ceil(values.length / 20000) === 0).sort();
+  const few = Math.floor(some.length / 200), low = Math.max(1, some[few]), high = Math.max(2, some[some.length - 1 - few]);
+  const least = 10 ** Math.floor(Math.log10(low)), ten = 10 ** Math.floor(Math.log10(high));
+  return [least, Math.max(10 * least, [1, 2, 5, 10].find((step) => step * ten >= high) * ten)];
 }
 
 function paintHeat(values, width, height, place) {
@@ -376,20 +454,76 @@ function paintHeat(values, width, height, place) {
 
 // Shows what the user wants over the picture, of which it is the latest that is known.
 function layOver(done) {
-  const what = control.over.value, [least, most] = [byId("legend-least"), byId("legend-most")];
-  const there = what === "error" ? report !== null : done.cost !== null;
+  const cost = done.cost && done.pass >= 0 ? sums.cost.map((x) => x / passes) : done.cost; // of passes their mean
+  const what = control.over.value, there = what === "error" ? report !== null : cost !== null;
   overlay.hidden = byId("legend").hidden = !there;
   if (!there) return;
-  if (what === "error") {
-    paintHeat(report.below, done.width, done.height, (x) => (x > 0 ? (Math.log10(x) + 3) / 3 : 0));
-    least.textContent = "0.1%", most.textContent = "100%";
-    show("legend-what", "of the light around, logarithmic");
-  } else {
-    const scale = heatScale(done.cost);
-    paintHeat(done.cost, done.width, done.height, (x) => x / scale);
-    least.textContent = "0", most.textContent = scale.toLocaleString("en");
-    show("legend-what", `${what} tested for a sample`);
-  }
+  const [least, most] = what === "error" ? [0.001, 1] : heatScale(cost);
+  const place = (x) => (x > 0 ? Math.log(x / least) / Math.log(most / least) : 0);
+  const written = (x) => (what === "error" ? `${+(100 * x).toPrecision(2)}%` : Math.round(x).toLocaleString("en"));
+  paintHeat(what === "error" ? report.below : cost, done.width, done.height, place);
+  show("legend-least", written(least)), show("legend-most", written(most));
+  show("legend-what", what === "error" ? "of the light around, logarithmic"
+    : `${what} tested for a sample, logarithmic${control.path.value === "fast" ? "; each ray alone, for the fast path does not count" : ""}`);
+  const between = []; // the powers of ten between both ends
+  for (let x = 10 * least; x < 0.6 * most; x *= 10) between.push(x);
+  byId("legend-scale").replaceChildren(...between.map((x) => {
+    const tick = Object.assign(document.createElement("span"), { textContent: written(x) });
+    tick.style.left = `${100 * place(x)}%`;
+    return tick;
+  }));
+}
+
+// --- ways of tracing, and what each has cost ---
+
+const stepBoxes = [...document.querySelectorAll("[name=step]")];
+const steps = () => stepBoxes.reduce((bits, box) => bits | (box.checked ? Number(box.value) : 0), 0) || stepsOf("none");
+const PATH_NOTES = {
+  fast: "It chooses packets by itself: their size here only says in which order pixels are taken.",
+  paper: "A packet goes down the tree as one. What it decides about a box, it decides for all its rays.",
+  single: "Each ray goes down the tree by itself, whatever the size of packets.",
+};
+
+function setSteps(bits) {
+  for (const box of stepBoxes) box.checked = (bits & Number(box.value)) !== 0;
+  const text = stepsText(bits);
+  control.steps.value = [...control.steps.options].some((one) => one.value === text) ? text : "some";
+}
+
+function showPath() {
+  byId("paper-only").hidden = control.path.value !== "paper";
+  show("path-note", PATH_NOTES[control.path.value]);
+}
+
+// Names a way of tracing, and what the picture is beside that: {name, packets, picture}. null where things are counted that
+// take time, or move.
+function wayOf({ pass, counted, packet, path, steps: bits, ...rest }) {
+  if (rest.cost || control.animate.checked) return null;
+  const name = control.path.value + (control.path.value === "paper" ? `: ${stepsText(bits)}` : "");
+  return { name, packets: control.path.value === "single" ? "-" : `${packet} x ${packet}`, picture: JSON.stringify([wanted(), rest]) };
+}
+
+let tried = [], triedPicture = ""; // ways, the latest last; of which picture
+
+// A pass is whole: the first tells how much work it was, the others how long it takes.
+function noteWay({ way, pass, work: counts, spent }) {
+  if (!way) return;
+  if (way.picture !== triedPicture) tried = [];
+  triedPicture = way.picture;
+  let one = tried.find((other) => other.name === way.name && other.packets === way.packets);
+  if (!one) tried.push(one = { ...way, ms: Infinity, counts: null });
+  if (pass === 0) one.counts = counts;
+  else one.ms = Math.min(one.ms, spent);
+  const cell = (kind, text, scope = {}) => Object.assign(document.createElement(kind), { textContent: text, ...scope });
+  byId("tried").hidden = false;
+  document.querySelector("#tried tbody").replaceChildren(...tried.map((row) => {
+    const tr = document.createElement("tr"), [rays, ...rest] = row.counts ?? [0, 0, 0, 0];
+    if (row === one) tr.setAttribute("aria-current", "true");
+    tr.append(cell("th", row.name, { scope: "row" }), cell("td", row.packets),
+      cell("td", row.ms < Infinity ? row.ms.toFixed(row.ms < 100 ? 1 : 0) : "-"), cell("td", rays.toLocaleString("en")),
+      ...rest.map((x) => cell("td", x > 0 ? (x / rays).toFixed(2) : "-")));
+    return tr;
+  }));
 }
 
 // --- figures ---
@@ -420,6 +554,7 @@ function showNumbers() {
   for (const output of document.querySelectorAll("#controls output"))
     output.textContent = Number(byId(output.htmlFor[0]).value).toFixed(output.htmlFor[0] === "strength" ? 2 : 3)
       .replace(/\.?0+$/, "");
+  showPath();
   byId("drt-only").classList.toggle("off", control.mode.value !== "drt");
   overlay.style.opacity = control.strength.value;
 }
@@ -525,18 +660,20 @@ function fit() {
   for (const canvas of [picture, overlay]) canvas.width = width, canvas.height = height;
   const frame = picture.parentElement.style;
   frame.aspectRatio = `${width} / ${height}`;
+  frame.setProperty("--ratio", width / height);
   frame.maxWidth = `min(${2.5 * width}px, ${(76 * width) / height}vh)`;
   overlay.hidden = byId("legend").hidden = true;
 }
 
 // --- what the user does ---
 
-const resettable = ["mode", "time", "aperture", "focus", "shutter", "light", "packet", "over", "strength"];
+const resettable = ["mode", "time", "aperture", "focus", "shutter", "light", "packet", "over", "strength", "path", "steps"];
 let atStart = null; // their values
 
 function reset() {
   if (!firstCamera) return;
   for (const id of resettable) control[id].value = atStart[id];
+  setSteps(stepsOf(atStart.steps));
   control.aperture.value = firstCamera.aperture;
   control.focus.value = firstCamera.focus || Math.hypot(...sub(firstCamera.eye, firstCamera.target));
   control.animate.checked = false;
@@ -579,6 +716,13 @@ function move(how, ...by) {
   change();
 }
 
+function fillScreen() {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else picture.parentElement.requestFullscreen();
+}
+byId("fullscreen").hidden = !document.fullscreenEnabled;
+byId("fullscreen").addEventListener("click", fillScreen);
+
 const keys = {
   ArrowLeft: (e) => move(e.shiftKey ? pan : orbit, e.shiftKey ? -0.02 : -0.05, 0),
   ArrowRight: (e) => move(e.shiftKey ? pan : orbit, e.shiftKey ? 0.02 : 0.05, 0),
@@ -588,6 +732,8 @@ const keys = {
   o: () => move(zoom, 1 / 0.9),
   m: () => next("mode"),
   p: () => next("packet"),
+  t: () => next("path"),
+  w: () => pick(...size().map((of) => Math.floor(of / 2))),
   c: () => next("over"),
   " ": () => control.animate.click(),
   "+": () => step("aperture", 0.01, true),
@@ -597,6 +743,7 @@ const keys = {
   ",": () => step("shutter", 0.001, false),
   r: reset,
   s: save,
+  f: fillScreen,
   h: () => { byId("keys-shown").open = !byId("keys-shown").open; },
 };
 
@@ -607,18 +754,38 @@ picture.addEventListener("keydown", (event) => {
   action(event);
 });
 
+// Shows the walk of the packet that has a pixel, in the other tab. Numbers are rounded as floats, which they become.
+function pick(x, y) {
+  if (!camera) return;
+  const side = number("packet");
+  if (writing) writeNow("replaceState"); // so that one can go back here
+  location.hash = hashOf(tidy({ ...WALK_DEFAULTS, scene: control.scene.value, size: side, x: x - (x % side), y: y - (y % side),
+    view: "3d", steps: control.path.value === "paper" ? steps() : stepsOf("all"), picture: control.size.value,
+    eye: pointText(camera.eye), target: pointText(camera.target), time: +number("time").toFixed(4), light: number("light") }));
+}
+export const modelShown = () => (isModel() ? model : null);
+
 const pointers = new Map(); // those that are down: where, and with which button
 
 picture.addEventListener("pointerdown", (event) => {
   picture.focus({ preventScroll: true });
   picture.setPointerCapture(event.pointerId);
-  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, sideways: event.button > 0 || event.shiftKey });
+  for (const one of pointers.values()) one.still = false; // two fingers click nothing
+  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, sideways: event.button > 0 || event.shiftKey,
+    still: pointers.size === 0 && event.button === 0 && !event.shiftKey && [event.clientX, event.clientY] });
 });
-for (const end of ["pointerup", "pointercancel"])
-  picture.addEventListener(end, (event) => pointers.delete(event.pointerId));
+picture.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
+picture.addEventListener("pointerup", (event) => {
+  const { still } = pointers.get(event.pointerId) ?? {}, seat = picture.getBoundingClientRect(), [width, height] = size();
+  pointers.delete(event.pointerId);
+  const to = (at, of) => Math.max(0, Math.min(of - 1, Math.floor(at * of)));
+  if (still && !document.fullscreenElement) pick(to((event.clientX - seat.left) / seat.width, width), to((event.clientY - seat.top) / seat.height, height));
+});
 picture.addEventListener("pointermove", (event) => {
   const at = pointers.get(event.pointerId), height = picture.clientHeight;
   if (!at || !camera) return;
+  if (at.still && pointers.size === 1 && Math.hypot(event.clientX - at.still[0], event.clientY - at.still[1]) < 5) return;
+  for (const one of pointers.values()) one.still = false;
   const right = (event.clientX - at.x) / height, up = (event.clientY - at.y) / height;
   const other = [...pointers.values()].find((one) => one !== at);
   const before = other && Math.hypot(at.x - other.x, at.y - other.y);
@@ -646,8 +813,11 @@ byId("controls").addEventListener("input", ({ target }) => {
 });
 byId("controls").addEventListener("change", ({ target }) => {
   showNumbers();
+  if (target === control.strength) writeAddress();
   if ([control.strength, control.files, control.up].includes(target)) return;
   labelledAt = 0;
+  if (target === control.steps && target.value !== "some") setSteps(stepsOf(target.value));
+  if (stepBoxes.includes(target)) setSteps(steps());
   if (target === control.animate) ticked = performance.now();
   if (target === control.workers) {
     setWorkers(number("workers"));
@@ -658,6 +828,7 @@ byId("controls").addEventListener("change", ({ target }) => {
     jobs = [];
   }
   if (target === control.scene) {
+    writeNow("pushState"); // so that one can go back
     say(`Building: ${control.scene.selectedOptions[0].text}`);
     sayModel();
   }
@@ -678,7 +849,16 @@ for (let i = 1; i <= most; i++) control.workers.add(new Option(i, i));
 control.workers.value = Math.min(most, Number(given.get("workers")) || most);
 if (!given.has("size"))
   control.size.value = picture.parentElement.clientWidth * devicePixelRatio < 600 ? "320x240" : "640x480";
+setSteps(stepsOf(given.get("steps") ?? "all"));
 atStart = Object.fromEntries(resettable.map((id) => [id, control[id].value]));
+atStart.steps = stepsText(steps());
+// The values of the page's text, but for what is chosen for this screen.
+addressed = Object.fromEntries(ADDRESSED.map((id) => {
+  const one = control[id], options = [...one.options ?? []];
+  if (one.type === "checkbox") return [id, String(Number(one.defaultChecked))];
+  return [id, one.options ? (options.find((option) => option.defaultSelected) ?? options[0]).value : one.defaultValue];
+}));
+addressed.size = given.has("size") ? "" : control.size.value;
 ticked = performance.now();
 fit();
 showNumbers();

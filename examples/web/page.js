@@ -15,16 +15,33 @@ function showTab(tab) {
   }
 }
 
+// What is seen in a tab, as an address: each tab's script says, by the name of its section.
+export const addresses = { look: () => "", walk: () => "#walk" };
+
+// Whoever chooses a tab can go back.
+function choose(tab) {
+  const named = tab.getAttribute("aria-controls"), hash = addresses[named]();
+  if (byId(named).hidden) history.pushState(null, "", hash || location.pathname + location.search);
+  showTab(tab);
+}
+
 for (const tab of tabs) {
-  tab.addEventListener("click", () => showTab(tab));
+  tab.addEventListener("click", () => choose(tab));
   tab.addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;
     const next = tabs[(tabs.indexOf(tab) + step + tabs.length) % tabs.length];
     next.focus();
-    showTab(next);
+    choose(next);
   });
 }
+
+// The address is of one tab; that of the first has no name in it, or none.
+addEventListener("hashchange", () => {
+  const named = isWalk() ? "walk" : "look";
+  const tab = tabs.find((one) => one.getAttribute("aria-controls") === named);
+  if (tab.getAttribute("aria-selected") !== "true") showTab(tab);
+});
 
 // Compiles the module once for all who want an instance of it, workers and the page itself.
 let compiled = null;
@@ -37,13 +54,17 @@ export function moduleCode() {
 }
 
 // (#walk?... is for the other tab, and its names are other ones: walk_data.js has them.)
-export const given = new URLSearchParams(/^#walk\b/.test(location.hash) ? "tab=walk" : location.hash.slice(1));
-for (const [id, value] of given) {
+export const isWalk = () => /^#walk\b/.test(location.hash);
+export const given = new URLSearchParams(isWalk() ? "tab=walk" : location.hash.slice(1));
+
+// Sets a control to what an address says of it.
+export function setControl(id, value) {
   const control = byId(id);
-  if (!control || !("value" in control) || control.type === "file") continue;
+  if (!control || !("value" in control) || control.type === "file") return;
   if (control.type === "checkbox") control.checked = value !== "0";
   else if (!control.options || [...control.options].some((one) => one.value === value)) control.value = value;
 }
+for (const [id, value] of given) setControl(id, value);
 // After all scripts have run, so that they hear of it.
 addEventListener("DOMContentLoaded", () => {
   const tab = tabs.find((one) => one.getAttribute("aria-controls") === given.get("tab"));

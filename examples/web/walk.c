@@ -9,6 +9,7 @@
    machine, and a program here tells what a browser shows. */
 #include "../course/course.h"
 #include "../course/07_figure3.h"
+#include "web.h"
 
 #ifdef __EMSCRIPTEN__
 #include <emscripten.h>
@@ -43,6 +44,16 @@ typedef struct walk_member {  /* a ray of a packet of figure 3 */
   uint32_t packet, type, ray; /* counted from 0 on; type as in pktrt_ray_type; the primary ray that sent it out */
 } walk_member;
 
+typedef struct walk_leaf_triangle {
+  uint32_t lane;
+  float corner[3][3];
+} walk_leaf_triangle;
+
+typedef struct walk_point { /* a pixel of the picture to choose from */
+  uint32_t shade;           /* how much a surface faces the eye, 1 to 255, or 0 for nothing */
+  float t, direction[3];    /* of its ray from the eye */
+} walk_point;
+
 /* >>lists ---------------------------------------------------------------------------------------------------------- */
 
 typedef struct walk_list {
@@ -67,13 +78,21 @@ static void walk_list_add(walk_list *l, const void *thing, size_t bytes) {
 
 /* >>scenes --------------------------------------------------------------------------------------------------------- */
 
+typedef struct walk_lane {
+  uint32_t mesh, triangle;
+} walk_lane;
+
+/* A scene to walk in. Nodes and leaves are numbered through all of its trees, one tree after the other. */
 typedef struct walk_world {
-  course_scene scene;
-  pktrt_scene *library;
-  pktrt_node *node;
-  uint32_t nodes;
-  uint32_t (*lane)[8]; /* triangles of each leaf */
+  course_scene scene; /* of the one that web.c holds: empty */
+  const pktrt_scene *library;
+  uint32_t width, height;            /* of the picture, pixels */
+  uint32_t trees, nodes;             /* how many */
+  uint32_t *first_node, *first_leaf; /* of each tree */
+  walk_lane (*lane)[8];              /* triangles of each leaf */
 } walk_world;
+
+enum { WALK_SHOWN = 2 }; /* the number of the scene that web.c holds */
 
 /* Makes the boxes of examples/packets.c: 6 x 6 of them on a floor. Corners of a box are numbered by the bits x, y, z. */
 static course_scene walk_boxes_make(void) {
@@ -97,58 +116,133 @@ static course_scene walk_boxes_make(void) {
   return s;
 }
 
-/* Returns a scene, 0: the course's, else: boxes. It is made when it is first asked for. */
+/* Numbers the nodes and leaves of a world's library. Returns false if memory is lacking. */
+static bool walk_number(walk_world *w) {
+  pktrt_tree tree;
+  pktrt_node node;
+  uint32_t leaves = 0;
+  w->trees = w->nodes = 0;
+  while (pktrt_get_tree(w->library, w->trees, &tree)) w->trees++;
+  free(w->first_node), free(w->first_leaf), free(w->lane);
+  w->first_node = (uint32_t *)calloc(w->trees + 1, sizeof *w->first_node);
+  w->first_leaf = (uint32_t *)calloc(w->trees + 1, sizeof *w->first_leaf);
+  w->lane = NULL;
+  if (!w->first_node || !w->first_leaf) return false;
+
+  for (uint32_t t = 0; pktrt_get_tree(w->library, t, &tree); t++) {
+    w->first_node[t] = w->nodes;
+    w->first_leaf[t] = leaves;
+    w->nodes += tree.nodes;
+    leaves += tree.leaves;
+  }
+  w->lane = (walk_lane(*)[8])calloc(leaves + 1, sizeof *w->lane);
+  if (!w->lane) return false;
+
+  for (uint32_t t = 0; t < w->trees; t++)
+    for (uint32_t i = 0; pktrt_get_node(w->library, t, i, 0, &node); i++)
+      for (int k = 0; k < 8; k++)
+        for (int lane = 0; node.child[k] != PKTRT_NONE && node.leaf[k] && lane < 8; lane++) {
+          walk_lane *l = &w->lane[w->first_leaf[t] + node.child[k]][lane];
+          l->mesh = node.mesh[k][lane];
+          l->triangle = node.triangle[k][lane];
+        }
+  return true;
+}
+
+static walk_world walk_shown;
+
+/* Takes the scene that web.c holds as it stands, for a picture of so many pixels. Returns 0 unless memory is lacking. To be
+   called again whenever that scene has changed. */
+WALK_EXPORT int walk_show(uint32_t width, uint32_t height) {
+  walk_shown.library = web_scene();
+  walk_shown.width = width;
+  walk_shown.height = height;
+  if (walk_shown.library && walk_number(&walk_shown)) return 0;
+  walk_shown.library = NULL;
+  return 1;
+}
+
+/* Returns a scene, 0: the course's, 1: boxes, which are made when they are first asked for; WALK_SHOWN: see walk_show. */
 static walk_world *walk_world_of(uint32_t scene) {
   static walk_world made[2];
-  walk_world *w = &made[scene ? 1 : 0];
+  if (scene == WALK_SHOWN && walk_shown.library) return &walk_shown;
+  walk_world *w = &made[scene == 1];
   pktrt_scene_desc desc;
   pktrt_mesh_desc mesh;
-  pktrt_tree tree;
   if (w->library) return w;
-  w->scene = scene ? walk_boxes_make() : course_scene_make();
+  w->scene = scene == 1 ? walk_boxes_make() : course_scene_make();
+  w->width = WALK_WIDTH;
+  w->height = WALK_HEIGHT;
   memset(&desc, 0, sizeof desc), memset(&mesh, 0, sizeof mesh);
   if (pktrt_isa_available(PKTRT_ISA_SCALAR)) desc.isa = PKTRT_ISA_SCALAR;
   mesh.positions = w->scene.position[0].at, mesh.vertex_count = w->scene.vertices;
   mesh.indices = w->scene.corner[0], mesh.triangle_count = w->scene.triangles;
-  w->library = pktrt_scene_create(&desc);
-  if (!w->library || pktrt_add_mesh(w->library, &mesh, NULL) || pktrt_commit(w->library) ||
-      !pktrt_get_tree(w->library, 0, &tree))
-    ex_fail("%s", pktrt_last_error(w->library)), exit(1);
-  w->node = course_library_nodes(w->library, &w->nodes);
-  w->lane = (uint32_t(*)[8])course_memory(tree.leaves, sizeof *w->lane);
-  for (uint32_t i = 0; i < w->nodes; i++)
-    for (int k = 0; k < 8; k++)
-      if (w->node[i].child[k] != PKTRT_NONE && w->node[i].leaf[k])
-        memcpy(w->lane[w->node[i].child[k]], w->node[i].triangle[k], sizeof *w->lane);
+  pktrt_scene *const library = pktrt_scene_create(&desc);
+  if (!library || pktrt_add_mesh(library, &mesh, NULL) || pktrt_commit(library))
+    ex_fail("%s", pktrt_last_error(library)), exit(1);
+  w->library = library;
+  if (!walk_number(w)) ex_fail("out of memory"), exit(1);
   return w;
 }
 
+/* Tells where the corners of a triangle are, to within rounding. */
+static void walk_corners(const walk_world *w, walk_lane of, float corner[3][3]) {
+  static const float up[3] = {0, 1, 0};
+  for (int c = 0; c < 3; c++)
+    if (w == &walk_shown) { /* a ray that starts at the corner knows */
+      pktrt_ray ray;
+      pktrt_spawn_at(w->library, of.mesh, of.triangle, c == 1, c == 2, 0, up, &ray);
+      memcpy(corner[c], ray.origin, sizeof corner[c]);
+    } else memcpy(corner[c], w->scene.position[w->scene.corner[of.triangle][c]].at, sizeof corner[c]);
+}
+
 /* Returns the ray through a place of a scene's picture, in pixels from its upper left corner. */
-static course_ray walk_camera_ray(uint32_t scene, float x, float y) {
-  if (!scene) return course_camera_ray(x, y, WALK_WIDTH, WALK_HEIGHT);
+static pktrt_ray walk_camera_ray(uint32_t scene, float x, float y) {
+  if (walk_world_of(scene) == &walk_shown) {
+    pktrt_ray ray;
+    pktrt_camera_ray(&web_view()->camera, walk_shown.width, walk_shown.height, (double)x, (double)y, NULL, 0, &ray);
+    return ray;
+  }
+  if (scene == 0) return course_library_ray(course_camera_ray(x, y, WALK_WIDTH, WALK_HEIGHT));
   const course_ray ray = {
       {{0.3f, 4, 6}}, {{(x - WALK_WIDTH / 2) * 0.005f, (WALK_HEIGHT / 2 - y) * 0.005f - 0.65f, -1}}, 0, INFINITY};
-  return ray;
+  return course_library_ray(ray);
 }
 
 /* Gives all children of all nodes: walk_box. */
 WALK_EXPORT const uint32_t *walk_boxes(uint32_t scene) {
   static walk_list list;
   const walk_world *w = walk_world_of(scene);
-  walk_list_clear(&list);
-  for (uint32_t i = 0; i < w->nodes; i++)
-    for (uint32_t k = 0; k < 8; k++) {
-      const pktrt_node *n = &w->node[i];
-      walk_box b = {i, k, n->child[k], 0, {0, 0, 0}, {0, 0, 0}};
-      if (n->child[k] == PKTRT_NONE) continue;
-      for (int lane = 0; n->leaf[k] && lane < 8; lane++) b.triangles += n->triangle[k][lane] != PKTRT_NONE;
-      memcpy(b.lo, n->lo[k], sizeof b.lo), memcpy(b.hi, n->hi[k], sizeof b.hi);
-      walk_list_add(&list, &b, sizeof b);
-    }
+  pktrt_node n;
+  walk_list_clear(&list), walk_list_add(&list, NULL, 0);
+  for (uint32_t t = 0; t < w->trees; t++)
+    for (uint32_t i = 0; pktrt_get_node(w->library, t, i, 0, &n); i++)
+      for (uint32_t k = 0; k < 8; k++) {
+        if (n.child[k] == PKTRT_NONE) continue;
+        walk_box b = {w->first_node[t] + i, k, n.child[k] + (n.leaf[k] ? w->first_leaf : w->first_node)[t], 0,
+            {0, 0, 0}, {0, 0, 0}};
+        for (int lane = 0; n.leaf[k] && lane < 8; lane++) b.triangles += n.triangle[k][lane] != PKTRT_NONE;
+        memcpy(b.lo, n.lo[k], sizeof b.lo), memcpy(b.hi, n.hi[k], sizeof b.hi);
+        walk_list_add(&list, &b, sizeof b);
+      }
   return list.word;
 }
 
-/* Gives all triangles: nine floats each, corner by corner. */
+/* Gives the triangles of a leaf: walk_leaf_triangle. */
+WALK_EXPORT const uint32_t *walk_leaf(uint32_t scene, uint32_t leaf) {
+  static walk_list list;
+  const walk_world *w = walk_world_of(scene);
+  walk_list_clear(&list), walk_list_add(&list, NULL, 0);
+  for (uint32_t lane = 0; lane < 8; lane++) {
+    walk_leaf_triangle t = {lane, {{0}}};
+    if (w->lane[leaf][lane].triangle == PKTRT_NONE) continue;
+    walk_corners(w, w->lane[leaf][lane], t.corner);
+    walk_list_add(&list, &t, sizeof t);
+  }
+  return list.word;
+}
+
+/* Gives all triangles of a scene that is not WALK_SHOWN: nine floats each, corner by corner. */
 WALK_EXPORT const uint32_t *walk_triangles(uint32_t scene) {
   static walk_list list;
   const course_scene *s = &walk_world_of(scene)->scene;
@@ -161,23 +255,25 @@ WALK_EXPORT const uint32_t *walk_triangles(uint32_t scene) {
   return list.word;
 }
 
-/* Gives a picture of WALK_WIDTH x WALK_HEIGHT words, row by row: each how much a surface faces the eye, 1 to 255, or 0
-   for nothing. */
-WALK_EXPORT const uint32_t *walk_picture(uint32_t scene) {
+/* Gives a picture of every `step`th pixel of a scene's picture, row by row: walk_point. */
+WALK_EXPORT const uint32_t *walk_picture(uint32_t scene, uint32_t step) {
   static walk_list list;
   const walk_world *w = walk_world_of(scene);
-  walk_list_clear(&list);
-  for (uint32_t i = 0; i < WALK_WIDTH * WALK_HEIGHT; i++) {
-    const course_ray r = walk_camera_ray(scene, (float)(i % WALK_WIDTH) + 0.5f, (float)(i / WALK_WIDTH) + 0.5f);
-    const pktrt_ray ray = course_library_ray(r);
-    pktrt_hit hit;
-    uint32_t shade = 0;
-    if (pktrt_intersect(w->library, &ray, &hit)) {
-      const vec n = vec_make(hit.normal[0], hit.normal[1], hit.normal[2]);
-      shade = 1 + (uint32_t)(254 * fminf(fabsf(vec_dot(vec_unit(n), vec_unit(r.direction))), 1));
+  const float half = (float)step / 2;
+  walk_list_clear(&list), walk_list_add(&list, NULL, 0);
+  for (uint32_t y = 0; y + step <= w->height; y += step)
+    for (uint32_t x = 0; x + step <= w->width; x += step) {
+      const pktrt_ray ray = walk_camera_ray(scene, (float)x + half, (float)y + half);
+      walk_point p = {0, INFINITY, {ray.direction[0], ray.direction[1], ray.direction[2]}};
+      pktrt_hit hit;
+      if (pktrt_intersect(w->library, &ray, &hit)) {
+        const vec n = vec_make(hit.normal[0], hit.normal[1], hit.normal[2]);
+        const vec d = vec_make(ray.direction[0], ray.direction[1], ray.direction[2]);
+        p.shade = 1 + (uint32_t)(254 * fminf(fabsf(vec_dot(vec_unit(n), vec_unit(d))), 1));
+        p.t = hit.t;
+      }
+      walk_list_add(&list, &p, sizeof p);
     }
-    walk_list_add(&list, &shade, sizeof shade);
-  }
   return list.word;
 }
 
@@ -196,7 +292,8 @@ static uint32_t walk_within(uint32_t x, uint32_t lo, uint32_t hi) { return x < l
 
 /* Makes of a ray of the camera the shadow ray of what it hits, or its reflection; false: there is none. */
 static bool walk_send_out(pktrt_ray *ray) {
-  static const float light[3] = {-3, 7, 5};
+  float light[3] = {-3, 7, 5};
+  if (walk.w == &walk_shown) web_light(light);
   pktrt_hit hit;
   pktrt_surface_info at;
   float to[3], along = 0;
@@ -216,9 +313,9 @@ static bool walk_send_out(pktrt_ray *ray) {
 WALK_EXPORT const uint32_t *walk_packet(
     uint32_t scene, uint32_t kind, uint32_t side, uint32_t x, uint32_t y, uint32_t spacing, uint32_t morton) {
   static walk_list list;
-  side = walk_within(side, 1, WALK_SIDE), spacing = walk_within(spacing, 1, WALK_HEIGHT / WALK_SIDE);
-  x = walk_within(x, 0, WALK_WIDTH - side * spacing), y = walk_within(y, 0, WALK_HEIGHT - side * spacing);
   walk.w = walk_world_of(scene), walk.shadow = kind == 1, walk.n = 0;
+  side = walk_within(side, 1, WALK_SIDE), spacing = walk_within(spacing, 1, WALK_HEIGHT / WALK_SIDE);
+  x = walk_within(x, 0, walk.w->width - side * spacing), y = walk_within(y, 0, walk.w->height - side * spacing);
   walk_list_clear(&list), walk_list_add(&list, NULL, 0);
   for (uint32_t i = 0; i < WALK_RAYS;
        i++) { /* in Morton's order all of the largest packet, but for what lies outside */
@@ -233,7 +330,7 @@ WALK_EXPORT const uint32_t *walk_packet(
     memset(&r, 0, sizeof r);
     r.x = x + column * spacing + spacing / 2, r.y = y + row * spacing + spacing / 2;
     const float half = spacing % 2 ? 0.5f : 0.0f;
-    pktrt_ray ray = course_library_ray(walk_camera_ray(scene, (float)r.x + half, (float)r.y + half));
+    pktrt_ray ray = walk_camera_ray(scene, (float)r.x + half, (float)r.y + half);
     if (kind && !walk_send_out(&ray)) continue;
     r.hits = pktrt_intersect(walk.w->library, &ray, &hit), r.t = hit.t, r.tmax = ray.tmax;
     memcpy(r.origin, ray.origin, sizeof r.origin), memcpy(r.direction, ray.direction, sizeof r.direction);
@@ -245,22 +342,36 @@ WALK_EXPORT const uint32_t *walk_packet(
 
 /* >>trace ---------------------------------------------------------------------------------------------------------- */
 
+/* Returns where a ray meets the plane of a triangle, in double. */
+static double walk_depth(const pktrt_ray *ray, float corner[3][3]) {
+  double p[3][3], e[3], f[3], det = 0, depth = 0;
+  for (int c = 0; c < 3; c++)
+    for (int k = 0; k < 3; k++) p[c][k] = (double)corner[c][k] - (double)ray->origin[k];
+  for (int k = 0; k < 3; k++) e[k] = p[1][k] - p[0][k], f[k] = p[2][k] - p[0][k];
+  for (int k = 0; k < 3; k++) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const double n = e[i] * f[j] - e[j] * f[i];
+    det += n * (double)ray->direction[k];
+    depth += n * p[0][k];
+  }
+  return depth / det;
+}
+
 /* Notes an event, with what had been done by then. */
 static void walk_note(void *user, const pktrt_event *e) {
   const pktrt_counts *c = &walk.stats.by_type[PKTRT_RAY_PRIMARY];
-  walk_event w = {(uint32_t)e->kind, e->index, e->child, e->ray, e->active, e->tested, e->tree, e->packet,
-      e->depth, //
+  const bool of_leaf = e->kind == PKTRT_EVENT_LEAF || e->kind == PKTRT_EVENT_HIT || e->kind == PKTRT_EVENT_LEAF_TEST;
+  const uint32_t index = e->index + (of_leaf ? walk.w->first_leaf : walk.w->first_node)[e->tree];
+  walk_event w = {(uint32_t)e->kind, index, e->child, e->ray, e->active, e->tested, e->tree, e->packet, e->depth, //
       (uint32_t)c->node_visits, (uint32_t)c->box_tests, (uint32_t)c->vector_box_tests, (uint32_t)c->triangle_tests,
       (uint32_t)c->vector_triangle_tests, PKTRT_NONE, 0};
   (void)user;
   if (e->kind == PKTRT_EVENT_HIT) {
-    const pktrt_ray *r = &walk.ray[e->ray];
-    double t;
-    course_ray ray = {{{0, 0, 0}}, {{0, 0, 0}}, r->tmin, r->tmax};
-    memcpy(ray.origin.at, r->origin, sizeof r->origin), memcpy(ray.direction.at, r->direction, sizeof r->direction);
-    w.triangle = walk.w->lane[e->index][e->child];
-    course_inside(&walk.w->scene, ray, w.triangle, &t);
-    w.t = (float)t;
+    const walk_lane hit = walk.w->lane[index][e->child];
+    float corner[3][3];
+    walk_corners(walk.w, hit, corner);
+    w.triangle = hit.triangle;
+    w.t = (float)walk_depth(&walk.ray[e->ray], corner);
   }
   walk_list_add(&walk.events, &w, sizeof w);
 }

@@ -3,10 +3,12 @@
 //   walk_start(section, module)   brings the section to life; module is a WebAssembly one with the exports of walk.c
 //
 // What is shown is in the address: see walk_data.js.
-import { byId, moduleCode } from "./page.js";
+import { addresses, byId, moduleCode } from "./page.js";
+import { modelShown } from "./look.js";
 import {
-  along, brief, clamp, corner, E, figure, hashOf, HEIGHT, leadsToFigure, makePacket, makeWorld, many, PRESETS,
-  projection, raysText, replay, sentence, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS, WIDTH, within,
+  along, brief, clamp, corner, E, figure, hashOf, leadsToFigure, makePacket, makeWorld, many, pointOf, PRESETS,
+  projection, raysText, replay, sentence, SHOWN, SHOWN_STATE, sizeOf, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS,
+  within,
 } from "./walk_data.js";
 
 export function walk_start(section, module) {
@@ -14,9 +16,14 @@ export function walk_start(section, module) {
   const all = (selector) => [...section.querySelectorAll(selector)];
   const [view, bar, strip, picture, slider, log, figureCanvas] =
     ["view", "bar", "strip", "picture", "slider", "log", "figure"].map((name) => find(`.walk-${name}`));
-  let state = stateOf(location.hash), world, rays, events, now, totals;
+  // Whoever comes without a state sees the walk in 3D.
+  const named = () => /^#walk\?/.test(location.hash);
+  const stateNamed = () => ({ ...stateOf(location.hash), ...(named() ? {} : { view: "3d" }) });
+  let state = stateNamed(), world, rays, events, now, totals;
   let zoom = 1, pan = [0, 0], yaw = 0.5, pitch = 0.45, timer = 0, colours = {};
+  let fromBehind = 0.5; // the angle from which a scene of the first tab is seen at first
   const worlds = {};
+  let packets = 0, met = []; // how many there have been; triangles of the leaves that this one meets
   const shadow = () => state.packet === "shadow";
 
   // ---- colours and canvases ----
@@ -46,15 +53,16 @@ export function walk_start(section, module) {
   function placing(w, h) {
     const project = projection(state.view, yaw, pitch), node = world.nodeBox(now.opened[now.opened.length - 1]);
     const box = state.follow && node ? node : { lo: [...world.lo], hi: [...world.hi] };
+    if (world.isShown && box !== node) box.lo = [...rays[0]?.origin ?? world.lo], box.hi = [...rays[0]?.origin ?? world.hi];
     for (const ray of box === node ? [] : rays)
-      for (let a = 0; a < 3; a++)
-        box.lo[a] = Math.min(box.lo[a], ray.origin[a]), box.hi[a] = Math.max(box.hi[a], ray.origin[a]);
+      for (const point of !world.isShown ? [ray.origin] : [ray.origin, along(ray, shadow() ? 1 : ray.hits ? ray.t : 0)])
+        for (let a = 0; a < 3; a++) box.lo[a] = Math.min(box.lo[a], point[a]), box.hi[a] = Math.max(box.hi[a], point[a]);
     let u0 = Infinity, u1 = -Infinity, v0 = Infinity, v1 = -Infinity;
     for (let i = 0; i < 8; i++) {
       const [u, v] = project(corner(box, i));
       u0 = Math.min(u0, u), u1 = Math.max(u1, u), v0 = Math.min(v0, v), v1 = Math.max(v1, v);
     }
-    const margin = box === node ? 0.25 * Math.min(w, h) : 24;
+    const margin = box === node || world.isShown ? 0.25 * Math.min(w, h) : 24;
     const scale = zoom * Math.min((w - margin) / (u1 - u0), (h - margin) / (v1 - v0));
     const cu = (u0 + u1) / 2 + pan[0], cv = (v0 + v1) / 2 + pan[1];
     const to = (p) => {
@@ -88,20 +96,24 @@ export function walk_start(section, module) {
   function drawStill(w, h, { to, key }) {
     const mesh = find("[name=walk-mesh]").checked, tree = find("[name=walk-tree]").checked;
     const ratio = window.devicePixelRatio || 1;
-    const all = [key, w, h, ratio, state.scene, state.view, yaw, pitch, mesh, tree, colours["--walk-mesh"]].join();
+    const all = [key, w, h, ratio, state.scene, packets, state.view, yaw, pitch, mesh, tree, colours["--walk-mesh"]].join();
     if (all === stillOf) return still;
     stillOf = all, still ??= document.createElement("canvas");
     still.width = Math.round(w * ratio), still.height = Math.round(h * ratio);
     const c = still.getContext("2d");
     c.setTransform(ratio, 0, 0, ratio, 0, 0), c.lineWidth = 0.7;
     if (mesh) { // two edges of each triangle: its neighbour has the third
-      c.strokeStyle = colours["--walk-mesh"], c.beginPath();
-      for (const t of world.triangles) c.moveTo(...to(t)), c.lineTo(...to(t.slice(3))), c.lineTo(...to(t.slice(6)));
+      for (const { shade, at } of world.seen) { // what the camera sees, by points
+        const [x, y] = to(at);
+        c.fillStyle = colours[`--walk-seen-${shade >> 6}`], c.fillRect(x - 1, y - 1, 2, 2);
+      }
+      c.strokeStyle = colours[world.isShown ? "--walk-tree" : "--walk-mesh"], c.beginPath();
+      for (const t of world.isShown ? met : world.triangles) c.moveTo(...to(t)), c.lineTo(...to(t.slice(3))), c.lineTo(...to(t.slice(6)));
       c.stroke();
     }
     if (tree) {
       c.strokeStyle = colours["--walk-tree"], c.beginPath();
-      for (const b of world.boxes) pathBox(c, to, b);
+      for (const b of world.boxes) if (!world.isShown || !b.triangles) pathBox(c, to, b); // of many boxes not the leaves
       c.stroke();
     }
     return still;
@@ -161,7 +173,7 @@ export function walk_start(section, module) {
       c.beginPath(), pathBox(c, to, now.box), c.stroke(), c.setLineDash([]);
     }
     if (now.event.kind === E.HIT) {
-      const t = world.triangles[now.event.triangle];
+      const t = world.cornersOf(now.event.index).find((one) => one.lane === now.event.child).at;
       c.fillStyle = colours["--walk-later"], c.beginPath();
       pathPoints(c, [0, 3, 6].map((k) => to(t.slice(k, k + 3)))), c.fill();
     }
@@ -261,14 +273,16 @@ export function walk_start(section, module) {
   // ---- the picture to choose from ----
 
   function drawPicture() {
-    const c = picture.getContext("2d"), image = c.createImageData(WIDTH, HEIGHT);
-    world.shades.forEach((shade, i) => {
+    const { width, height, shades } = world.picture, [across] = world.size, part = width / across;
+    picture.width = width, picture.height = height;
+    const c = picture.getContext("2d"), image = c.createImageData(width, height);
+    shades.forEach((shade, i) => {
       image.data.set(shade ? [shade, shade, shade, 255] : [40, 44, 60, 255], 4 * i);
     });
     c.putImageData(image, 0, 0);
-    const size = state.size * state.spacing;
-    c.strokeStyle = "#fff", c.lineWidth = 3, c.strokeRect(state.x - 0.5, state.y - 0.5, size + 1, size + 1);
-    c.strokeStyle = "#d60", c.lineWidth = 1.5, c.strokeRect(state.x - 0.5, state.y - 0.5, size + 1, size + 1);
+    const size = part * state.size * state.spacing, x = part * state.x - 0.5, y = part * state.y - 0.5;
+    c.strokeStyle = "#fff", c.lineWidth = 3, c.strokeRect(x, y, size + 1, size + 1);
+    c.strokeStyle = "#d60", c.lineWidth = 1.5, c.strokeRect(x, y, size + 1, size + 1);
   }
 
   // ---- figure 3 ----
@@ -332,6 +346,7 @@ export function walk_start(section, module) {
   let hashTimer = 0, hashWritten = "";
   function writeHash() { // not at once: browsers count such calls
     clearTimeout(hashTimer);
+    if (tour) return;
     hashTimer = setTimeout(() => {
       hashWritten = hashOf(state);
       if (section.offsetParent !== null) history.replaceState(null, "", hashWritten);
@@ -349,17 +364,58 @@ export function walk_start(section, module) {
     slider.max = events.length - 1, slider.value = state.event, slider.setAttribute("aria-valuetext", numbered);
     drawView(), drawBar(), drawStrip(), tellLog(), tellCounts(), writeHash();
   }
+  // Opens a scene of the first tab in this module, as far as it is another one, and looks at it as the state says.
+  let opened = "", posed = "", looked = "";
+  function shownWorld() {
+    const model = state.scene === "model" ? modelShown() : null, [width, height] = sizeOf(state);
+    const nowOpened = [state.scene, model?.number, state.light].join(), nowPosed = [nowOpened, state.time].join();
+    const nowLooked = [nowPosed, state.eye, state.target, state.picture].join();
+    if (nowLooked === looked) return worlds.shown;
+    const known = nowPosed === posed ? worlds.shown : null;
+    looked = posed = ""; // unless all goes well
+    if (nowOpened !== opened) {
+      opened = "";
+      openScene(module, { scene: SHOWN.indexOf(state.scene), light: state.light, model });
+    }
+    mustOpen(module, module._web_pose(state.time, 0));
+    const own = [...module.HEAPF32.slice(module._web_first_camera() >> 2, (module._web_first_camera() >> 2) + 6)];
+    const eye = pointOf(state.eye) ?? own.slice(0, 3), target = pointOf(state.target) ?? own.slice(3);
+    module._web_camera(...eye, ...target, 0, 0);
+    if (module._walk_show(width, height)) throw new Error("there is not enough memory for the scene");
+    opened = nowOpened, posed = nowPosed, looked = nowLooked;
+    fromBehind = Math.atan2(eye[0] - target[0], eye[2] - target[2]) + 0.9;
+    return worlds.shown = makeWorld(module, state.scene, [width, height], eye, known);
+  }
   // After a change of the packet or its steps: all is traced anew.
   function showPacket() {
-    world = worlds[state.scene] ??= makeWorld(module, state.scene);
+    let lacking = "";
+    try {
+      world = SHOWN.includes(state.scene) ? shownWorld() : null;
+    } catch (error) {
+      lacking = `This scene cannot be shown: ${error.message}. `;
+      Object.assign(state, { scene: WALK_DEFAULTS.scene, event: 0 }), tidy(state), showControls();
+    }
+    world ??= worlds[state.scene] ??= makeWorld(module, state.scene);
     rays = makePacket(module, state);
+    packets++;
     totals = { verdicts: {} };
     for (const [name, steps] of Object.entries(PRESETS)) totals[name] = traceEnd(module, steps);
     events = trace(module, state.steps);
+    const leaves = new Set(events.filter((e) => world.isShown && e.kind === E.LEAF).map((e) => e.index));
+    met = [...leaves].flatMap((leaf) => world.cornersOf(leaf).map((one) => one.at));
     for (const e of events) totals.verdicts[e.kind] = (totals.verdicts[e.kind] || 0) + 1;
+    for (const [name, most] of [["x", world.size[0]], ["y", world.size[1]]]) find(`[name=walk-${name}]`).max = most - 1;
     drawPicture(), showEvent();
+    if (lacking) find(".walk-sentence").prepend(lacking);
+  }
+  function turnBack() {
+    zoom = 1, pan = [0, 0], yaw = world.isShown ? fromBehind : 0.5, pitch = 0.45;
   }
   function showControls(typing) { // all but the one that is being typed into
+    const scenes = find("[name=walk-scene]"), last = scenes.options[scenes.length - 1];
+    if (modelShown() && last.value !== "model") scenes.add(new Option(modelShown().name, "model"));
+    else if (last.value === "model" && modelShown()) last.text = modelShown().name;
+    else if (last.value === "model") last.remove();
     for (const name of ["scene", "packet", "size", "x", "y", "spacing", "order", "met"]) {
       const control = find(`[name=walk-${name}]`);
       if (control !== typing) control.value = state[name];
@@ -375,13 +431,17 @@ export function walk_start(section, module) {
     Object.assign(state, what), tidy(state), showControls(typing);
     const differ = (names) => names.some((name) => state[name] !== old[name]);
     const packet = differ(["scene", "packet", "size", "x", "y", "spacing", "order", "steps"]);
-    if (differ(["view", "follow"])) pan = [0, 0], zoom = 1;
+    if (differ(["scene"])) for (const name of SHOWN_STATE) state[name] = WALK_DEFAULTS[name];
+    if (differ(["scene"])) tidy(state), showControls(typing);
+    if (differ(["view", "follow", "scene"])) pan = [0, 0], zoom = 1;
     if (packet) showPacket();
-    else showEvent();
+    if (differ(["scene"])) turnBack(), drawView();
+    if (!packet) showEvent();
     if (differ(["assembly", "met"])) drawFigure();
   }
   function showAll() {
-    readColours(), showControls(), stillOf = "", showPacket(), drawFigure();
+    if (state.scene === "model" && !modelShown()) state.scene = WALK_DEFAULTS.scene; // it has gone with the page of before
+    readColours(), tidy(state), showControls(), stillOf = "", showPacket(), turnBack(), drawView(), drawFigure();
   }
   function followAddress() { // as far as figure 3, if it is about that
     if (leadsToFigure(location.hash)) byId("walk-figure-title").scrollIntoView();
@@ -412,9 +472,61 @@ export function walk_start(section, module) {
     play: () => play(!timer),
     in: () => (zoom = Math.min(zoom * 1.4, 60), drawView()),
     out: () => (zoom = Math.max(zoom / 1.4, 0.4), drawView()),
-    fit: () => (zoom = 1, pan = [0, 0], yaw = 0.5, pitch = 0.45, drawView()),
+    fit: () => (turnBack(), drawView()),
     paper: () => change({ met: WALK_DEFAULTS.met }),
+    full: () => (document.fullscreenElement ? document.exitFullscreen() : find(".walk-frame").requestFullscreen()),
   };
+
+  // ---- the tour ----
+
+  let tour = null; // {began, frame} while it plays
+  const TOUR = [ // how long a part of it lasts, in milliseconds, and what it says
+    [4000, () => `These ${rays.length} rays start at an eye and go through neighbouring pixels. They travel together, as a packet.`],
+    [4000, () => "The scene's triangles lie in boxes, and these in larger boxes. That is the tree."],
+    [9000, () => "The packet walks down the tree. Where it misses a box, it skips all that is inside, for all rays at once."],
+    [6000, () => `At the end each ray has found what it hits. That took ${events[events.length - 1].triangles.toLocaleString("en")} tests ` +
+      `of a ray against a triangle. To test all would have taken ${(rays.length * world.boxes.reduce((sum, b) => sum + b.triangles, 0)).toLocaleString("en")}.`],
+  ];
+  function endTour() {
+    if (!tour) return;
+    cancelAnimationFrame(tour.frame);
+    tour = null;
+    find("[name=walk-tree]").checked = false;
+    find(".walk-caption").hidden = true;
+    find(".walk-sentence").setAttribute("aria-live", "polite");
+    find("[data-do=tour]").setAttribute("aria-pressed", false);
+    showEvent();
+  }
+  function beginTour() {
+    play(false), endTour();
+    change({ view: "3d", event: 0, follow: 0 }), turnBack();
+    tour = { began: performance.now(), frame: 0, part: -1, turned: yaw - 0.5, drawn: 0 };
+    find("[data-do=tour]").setAttribute("aria-pressed", true);
+    find(".walk-sentence").setAttribute("aria-live", "off");
+    find(".walk-caption").hidden = false;
+    const draw = (now) => {
+      if (section.offsetParent === null) return endTour();
+      tour.frame = requestAnimationFrame(draw);
+      if (now - tour.drawn < 30) return;
+      tour.drawn = now;
+      let at = Math.max(0, now - tour.began), part = 0;
+      yaw = tour.turned + 0.5 * Math.cos(at / 5000);
+      while (part < TOUR.length && at >= TOUR[part][0]) at -= TOUR[part++][0];
+      if (part === TOUR.length) return endTour();
+      if (part !== tour.part) find(".walk-caption").textContent = TOUR[part][1]();
+      tour.part = part;
+      find("[name=walk-tree]").checked = part === 1;
+      const event = part < 2 ? 0 : part > 2 ? events.length - 1 : Math.floor(at / TOUR[2][0] * events.length);
+      if (event !== state.event) change({ event });
+      else drawView();
+    };
+    tour.frame = requestAnimationFrame(draw);
+  }
+  // The first touch ends it, and does what it does. A press of its own button is left to that.
+  const pressesTour = (event) => event.target.closest("[data-do=tour]") && (event.type === "pointerdown" || [" ", "Enter"].includes(event.key));
+  for (const kind of ["pointerdown", "wheel"])
+    section.addEventListener(kind, (event) => pressesTour(event) || endTour(), { capture: true, passive: true });
+  ACTIONS.tour = () => (tour ? endTour() : beginTour());
 
   // ---- what one does ----
 
@@ -443,6 +555,7 @@ export function walk_start(section, module) {
   document.addEventListener("keydown", (event) => {
     const at = event.target;
     if (section.offsetParent === null || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (!pressesTour(event)) endTour();
     if (at !== document.body && !section.contains(at)) return;
     const typed = at.closest("input:not([type=checkbox]), select"), pressed = at.closest("button, input");
     const action = { ArrowLeft: "back", ArrowRight: "step", " ": "play", Home: "first", End: "last" }[event.key];
@@ -486,7 +599,7 @@ export function walk_start(section, module) {
   const choose = (event) => {
     const r = picture.getBoundingClientRect(), half = state.size * state.spacing / 2;
     const to = (at, of) => Math.max(Math.round(at * of - half), 0);
-    change({ x: to((event.clientX - r.left) / r.width, WIDTH), y: to((event.clientY - r.top) / r.height, HEIGHT) });
+    change({ x: to((event.clientX - r.left) / r.width, world.size[0]), y: to((event.clientY - r.top) / r.height, world.size[1]) });
   };
   picture.addEventListener("pointerdown", (event) => {
     play(false), picture.setPointerCapture(event.pointerId), choose(event);
@@ -504,25 +617,28 @@ export function walk_start(section, module) {
 
   addEventListener("hashchange", () => {
     if (!location.hash.startsWith("#walk") || location.hash === hashWritten) return;
-    play(false), state = stateOf(location.hash), showAll(), followAddress();
+    play(false), endTour(), state = stateNamed(), showAll(), followAddress();
   });
   section.addEventListener("shown", showAll);
   section.addEventListener("hidden", () => {
-    play(false), clearTimeout(hashTimer);
-    if (location.hash.startsWith("#walk")) history.replaceState(null, "", location.pathname + location.search);
+    play(false), endTour(), clearTimeout(hashTimer);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showAll);
+  new ResizeObserver(() => section.offsetParent !== null && drawView()).observe(view);
   new ResizeObserver(() => section.offsetParent !== null && (showEvent(), drawFigure())).observe(section);
+  addresses.walk = () => hashOf(state);
+  const comes = !named(); // before the address is written
   showAll(), followAddress();
+  if (comes && !matchMedia("(prefers-reduced-motion: reduce)").matches) beginTour();
 }
 
 // page.js says when the section is shown, and has the compiled module; this is an instance of its own.
 async function start() {
   try {
-    const script = Object.assign(document.createElement("script"), { src: "pktrt.js" });
-    const loaded = new Promise((good, bad) => (script.onload = good, script.onerror = bad));
-    document.head.append(script);
-    const [code] = await Promise.all([moduleCode(), loaded]);
+    const load = (src) => new Promise((good, bad) => {
+      document.head.append(Object.assign(document.createElement("script"), { src, onload: good, onerror: bad }));
+    });
+    const [code] = await Promise.all([moduleCode(), load("pktrt.js"), load("open.js")]);
     walk_start(section, await pktrt({
       instantiateWasm(imports, done) {
         WebAssembly.instantiate(code, imports).then(done);
@@ -537,6 +653,3 @@ async function start() {
 
 const section = byId("walk");
 section.addEventListener("shown", start, { once: true });
-addEventListener("hashchange", () => {
-  if (location.hash.startsWith("#walk") && section.hidden) byId("tab-walk").click();
-});

@@ -2,13 +2,15 @@
 //
 // A state is what one can link to: #walk?packet=shadow&size=16&steps=2007&event=40. Its names are those of WALK_DEFAULTS,
 // and what is not named is as there. steps: "all", "2007", "none", or names of STEPS with + between them. event: counted
-// from 1 on there, as on the page. Whoever names an assembly, or what rays meet, and no event is led to figure 3.
+// from 1 on there, as on the page. Whoever names an assembly, or what rays meet, and no event is led to figure 3. In a scene
+// of the first tab, pixels are those of a picture of that size, seen from an eye towards a target, at a time.
 
 // What the words of walk.c are: u a number, f a float, a digit before it how many.
 const KINDS = {
   box: "node:u child:u index:u triangles:u lo:3f hi:3f",
   corners: "at:9f",
-  shade: "is:u",
+  corner: "lane:u at:9f",
+  point: "shade:u t:f direction:3f",
   ray: "origin:3f direction:3f tmax:f t:f x:u y:u hits:u",
   event: "kind:u index:u child:u ray:u active:u tested:u tree:u packet:u depth:u nodes:u boxes:u boxVectors:u " +
     "triangles:u triangleVectors:u triangle:u t:f",
@@ -31,11 +33,15 @@ export const PRESETS = { all: 63, 2007: 35, none: 64 };
 const ASSEMBLIES = { types: 0, runs: 1, groups: 2, octants: 3, blind: 4, none: 5 };
 export const TYPES = ["primary", "shadow", "reflection", "refraction", "all types"];
 const NONE = 0xffffffff;
-export const WIDTH = 256, HEIGHT = 192; // of the picture
+const MOST_CHOSEN_FROM = 320; // pixels across the picture to choose from
 
 export const WALK_DEFAULTS = { scene: "course", packet: "camera", size: 8, x: 96, y: 32, spacing: 1, order: "rows",
-  steps: 63, view: "yz", follow: 0, event: 0, assembly: "groups", met: "ddddffmmggmmgggg" };
-const CHOICES = { scene: ["course", "boxes"], packet: ["camera", "shadow", "mirror"], size: [1, 2, 4, 8, 16],
+  steps: 63, view: "yz", follow: 0, event: 0, assembly: "groups", met: "ddddffmmggmmgggg",
+  picture: "256x192", eye: "", target: "", time: 0, light: 1 };
+export const SHOWN = ["poolhall", "conference", "rtrt", "model"]; // scenes of the first tab
+// What belongs to such a scene alone.
+export const SHOWN_STATE = ["picture", "eye", "target", "time", "light"];
+const CHOICES = { scene: ["course", "boxes", ...SHOWN], packet: ["camera", "shadow", "mirror"], size: [1, 2, 4, 8, 16],
   order: ["rows", "morton"], view: ["yz", "xz", "xy", "3d"], assembly: Object.keys(ASSEMBLIES) };
 
 // ---- what walk.c gives ----
@@ -65,11 +71,13 @@ function readList(module, pointer, kind, most = Infinity) {
   return things;
 }
 
+const sceneNumber = (scene) => Math.min(CHOICES.scene.indexOf(scene), 2);
+
 // Makes the packet of a state and traces it: its rays and events.
 export function makePacket(module, s) {
   const index = (name) => CHOICES[name].indexOf(s[name]);
   return readList(module,
-    module._walk_packet(index("scene"), index("packet"), s.size, s.x, s.y, s.spacing, index("order")), "ray");
+    module._walk_packet(sceneNumber(s.scene), index("packet"), s.size, s.x, s.y, s.spacing, index("order")), "ray");
 }
 export const trace = (module, steps) => readList(module, module._walk_trace(steps), "event");
 export const traceEnd = (module, steps) => readList(module, module._walk_trace(steps), "event", 1)[0];
@@ -97,21 +105,30 @@ export function words(thing, kind) {
 export const clamp = (x, lo, hi) => Math.min(Math.max(x, lo), hi);
 
 // Reads steps: "all", "2007", "none", or names with + between them. Without any: 64, as the library has it.
-function stepsOf(text) {
+export function stepsOf(text) {
   if (text in PRESETS) return PRESETS[text];
   return text.split(/[+ ]/).reduce((bits, name) => bits | (STEPS[name] || 0), 0) || PRESETS.none;
 }
-function stepsText(bits) {
+export function stepsText(bits) {
   const preset = Object.keys(PRESETS).find((name) => PRESETS[name] === bits);
   return preset || Object.keys(STEPS).filter((name) => bits & STEPS[name]).join("+");
 }
+
+export const sizeOf = (s) => s.picture.split("x").map(Number);
+export const pointOf = (text) => (text === "" ? null : text.split(",").map(Number));
+const isPoint = (text) => /^[^,]+,[^,]+,[^,]+$/.test(text) && pointOf(text).every((x) => Number.isFinite(x) && Math.abs(x) < 1e6);
 
 // What is possible, nearest to what is asked for; the packet lies within the picture.
 export function tidy(s) {
   for (const [name, choices] of Object.entries(CHOICES)) if (!choices.includes(s[name])) s[name] = WALK_DEFAULTS[name];
   const whole = (name, lo, hi) => s[name] = clamp(Math.floor(Number(s[name])) || 0, lo, hi);
-  whole("spacing", 1, HEIGHT / 16), whole("event", 0, 1e9), whole("follow", 0, 1);
-  whole("x", 0, WIDTH - s.size * s.spacing), whole("y", 0, HEIGHT - s.size * s.spacing);
+  whole("spacing", 1, 12), whole("event", 0, 1e9), whole("follow", 0, 1);
+  if (!/^[1-9][0-9]{2,3}x[1-9][0-9]{2,3}$/.test(s.picture)) s.picture = WALK_DEFAULTS.picture;
+  if (!isPoint(s.eye) || !isPoint(s.target)) s.eye = s.target = "";
+  s.time = clamp(Number(s.time) || 0, 0, 1), s.light = clamp(Number(s.light) || 1, 0.25, 4);
+  if (!SHOWN.includes(s.scene)) for (const name of SHOWN_STATE) s[name] = WALK_DEFAULTS[name];
+  const [width, height] = sizeOf(s);
+  whole("x", 0, width - s.size * s.spacing), whole("y", 0, height - s.size * s.spacing);
   s.met = [...s.met.toLowerCase()].filter((c) => "dfmg.".includes(c)).join("").slice(0, 16).padEnd(16, ".");
   return s;
 }
@@ -145,7 +162,7 @@ export function sentence(e, world, n, shadow) {
   switch (e.kind) {
   case E.NODE: {
     const waiting = world.childrenOf(e.index).length;
-    return `Node ${e.index}${e.index ? "" : ", the root,"} is opened for ${range}: ` +
+    return `Node ${e.index}${e.depth ? "" : ", the root,"} is opened for ${range}: ` +
       (waiting === 1 ? "one child waits." : `${waiting} children wait.`);
   }
   case E.FIRST_HIT:
@@ -191,8 +208,27 @@ export function brief(e) {
 
 // ---- the tree, and what has happened up to an event ----
 
-export function makeWorld(module, scene) {
-  const number = CHOICES.scene.indexOf(scene);
+// Of a scene, with a picture of so many pixels to choose from. One of the first tab has been opened before, and is seen from
+// `eye`; boxes are those of `known`, a world of it, if there is one.
+export function makeWorld(module, scene, size = [256, 192], eye = null, known = null) {
+  const number = sceneNumber(scene), isShown = SHOWN.includes(scene);
+  const step = Math.ceil(size[0] / MOST_CHOSEN_FROM), points = readList(module, module._walk_picture(number, step), "point");
+  const leaves = new Map();
+  const cornersOf = (leaf) => {
+    if (!leaves.has(leaf)) leaves.set(leaf, readList(module, module._walk_leaf(number, leaf), "corner"));
+    return leaves.get(leaf);
+  };
+  return {
+    ...(known ?? makeBoxes(module, number)),
+    isShown, size, eye, cornersOf,
+    triangles: isShown ? [] : readList(module, module._walk_triangles(number), "corners").map((t) => t.at),
+    picture: { width: Math.floor(size[0] / step), height: Math.floor(size[1] / step), shades: points.map((p) => p.shade) },
+    seen: !isShown ? [] : points.filter((p) => p.shade)
+      .map(({ shade, t, direction }) => ({ shade, at: eye.map((x, a) => x + t * direction[a]) })),
+  };
+}
+
+function makeBoxes(module, number) {
   const boxes = readList(module, module._walk_boxes(number), "box");
   const children = new Map(), node = new Map(), leaf = new Map();
   boxes.forEach((b, i) => {
@@ -202,13 +238,16 @@ export function makeWorld(module, scene) {
     (b.triangles ? leaf : node).set(b.index, b);
   });
   const lo = [Infinity, Infinity, Infinity], hi = [-Infinity, -Infinity, -Infinity];
-  for (const b of children.get(0))
-    for (let a = 0; a < 3; a++) lo[a] = Math.min(lo[a], b.lo[a]), hi[a] = Math.max(hi[a], b.hi[a]);
-  node.set(0, { lo, hi, id: -1, node: NONE, index: 0, triangles: 0 });
+  for (const [index, of] of children) {
+    if (node.has(index)) continue;
+    const root = { lo: [...of[0].lo], hi: [...of[0].hi], id: -1, node: NONE, index, triangles: 0 };
+    for (const b of of)
+      for (let a = 0; a < 3; a++) root.lo[a] = Math.min(root.lo[a], b.lo[a]), root.hi[a] = Math.max(root.hi[a], b.hi[a]);
+    node.set(index, root);
+    for (let a = 0; a < 3; a++) lo[a] = Math.min(lo[a], root.lo[a]), hi[a] = Math.max(hi[a], root.hi[a]);
+  }
   return {
     boxes, lo, hi,
-    triangles: readList(module, module._walk_triangles(number), "corners").map((t) => t.at),
-    shades: readList(module, module._walk_picture(number), "shade").map((s) => s.is),
     nodeBox: (index) => node.get(index),
     leafBox: (index) => leaf.get(index),
     childrenOf: (index) => children.get(index) || [],

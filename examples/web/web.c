@@ -14,13 +14,37 @@ static struct {
   bool from_file;     /* the world is a model that stands still; of the built-in scene the camera alone is there */
   double triangles;
   double time, shutter;
+  pktrt_isa isa;
   pktrt_render_desc view; /* but for what a band brings along */
   float *cost;            /* of each pixel */
+  pktrt_stats stats;      /* of the latest band, if web_settings asked for them */
   const char *error;
 } web;
 
 pktrt_scene *web_scene(void) { return web.world; }
 const pktrt_render_desc *web_view(void) { return &web.view; }
+
+void web_use_isa(pktrt_isa isa) { web.isa = isa; }
+
+void web_light(float at[3]) {
+  const scene *const s = &web.built_in;
+  for (int a = 0; web.from_file && a < 3; a++) at[a] = (float)web_model_light[a];
+  if (web.from_file) return;
+  for (size_t i = 0; i < s->light_count; i++) {
+    const pktrt_light *l = &s->lights[i];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) continue;
+    for (int a = 0; a < 3; a++) {
+      if (l->kind != PKTRT_LIGHT_MESH) at[a] = l->position[a] + (l->edge[0][a] + l->edge[1][a]) / 2;
+      else {
+        const scene_mesh *const m = &s->meshes[l->mesh];
+        double sum = 0;
+        for (uint32_t v = 0; v < m->vertex_count; v++) sum += (double)m->positions[3 * v + (uint32_t)a];
+        at[a] = (float)(sum / m->vertex_count);
+      }
+    }
+    return;
+  }
+}
 
 static int fail(const char *sentence) {
   web.error = sentence;
@@ -42,6 +66,7 @@ static int build(double time, double shutter) {
   pktrt_scene_desc desc;
   memset(&desc, 0, sizeof desc);
   desc.rebuild = PKTRT_REBUILD_AUTOMATIC;
+  desc.isa = web.isa;
   pktrt_scene_destroy(web.world);
   web.world = pktrt_scene_create(&desc);
   if (!web.world) return fail(pktrt_last_error(NULL));
@@ -129,6 +154,14 @@ WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost, doub
   web.view.cost_of = (pktrt_cost)(cost ? cost - 1 : 0);
 }
 
+/* Path as in pktrt_path, steps of the paper's path as in pktrt_paper_step, and whether web_work is to know of the next
+   bands. Where it is not, paths count nothing that they need not. */
+WEB_EXPORT void web_path(unsigned path, unsigned steps, unsigned counted) {
+  web.view.path = (pktrt_path)path;
+  web.view.paper_steps = steps;
+  web.view.stats = counted ? &web.stats : NULL;
+}
+
 /* Renders rows of a pass into their place. These are the passes of pktrt_render: their mean is its picture, but for the
    rounding of sums. A pass has another seed, as in >>tiles of the header; the page sums up passes by itself, for no
    worker sees all of a picture. */
@@ -138,6 +171,7 @@ WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsi
   view.camera.time = 0; /* the shutter is open from the first key to the last */
   view.camera.shutter = web.shutter > 0 ? 1 : 0;
   view.samples = samples;
+  memset(&web.stats, 0, sizeof web.stats);
   view.seed = pass * 0x9E3779B9u;
   return pktrt_render_tile(web.world, &view, 0, y, view.width, rows) == PKTRT_OK
              ? 0
@@ -149,6 +183,21 @@ WEB_EXPORT const float *web_pixels(void) { return web.view.pixels; }
 
 /* Boxes or triangles tested for a sample of each pixel, if web_settings asked for it. */
 WEB_EXPORT const float *web_cost(void) { return web.cost; }
+
+/* Of the latest band: rays of all types, nodes opened, tests of a ray against a box, and against a triangle. The fast path
+   counts rays alone. */
+WEB_EXPORT const double *web_work(void) {
+  static double told[4];
+  memset(told, 0, sizeof told);
+  for (int type = 0; type < PKTRT_RAY_TYPE_COUNT; type++) {
+    const pktrt_counts *c = &web.stats.by_type[type];
+    told[0] += (double)c->rays;
+    told[1] += (double)c->node_visits;
+    told[2] += (double)c->box_tests;
+    told[3] += (double)c->triangle_tests;
+  }
+  return told;
+}
 
 /* The scene's own camera: eye, target, vertical angle in degrees, aperture, focus. */
 WEB_EXPORT const float *web_first_camera(void) {

@@ -156,17 +156,19 @@ static pktrt_status add_floor(pktrt_scene *scene) {
   return status == PKTRT_OK ? pktrt_add_mesh(scene, &mesh, NULL) : status;
 }
 
+const double web_model_light[3] = {-1.8, 4.2, 2.4};
+
 /* A square above and before the model, to its left. It has the same power whatever its size. */
 static pktrt_status add_light(pktrt_scene *scene, double size) {
   const double edge = LIGHT_SIZE * size;
   pktrt_light light;
   memset(&light, 0, sizeof light);
   light.kind = PKTRT_LIGHT_QUAD;
-  const double right[3] = {0.8, 0, 0.6}, down[3] = {-0.48, -0.6, 0.64}, middle[3] = {-1.8, 4.2, 2.4};
+  const double right[3] = {0.8, 0, 0.6}, down[3] = {-0.48, -0.6, 0.64};
   for (int a = 0; a < 3; a++) {
     light.edge[0][a] = (float)(edge * right[a]);
     light.edge[1][a] = (float)(edge * down[a]);
-    light.position[a] = (float)(middle[a] - 0.5 * edge * (right[a] + down[a]));
+    light.position[a] = (float)(web_model_light[a] - 0.5 * edge * (right[a] + down[a]));
     light.intensity[a] = (float)(LIGHT_RADIANCE / (size * size));
   }
   return pktrt_add_light(scene, &light, NULL);

@@ -2,8 +2,7 @@
 // look.js, one at a time: {code} the compiled module, {open} a scene or a model, {band} some rows of a picture. What it cannot do it
 // says in {failed}.
 "use strict";
-const MATERIAL_WORDS = 13; // as in files.js
-importScripts("pktrt.js");
+importScripts("pktrt.js", "open.js");
 
 let module = null;
 let shutterOpen = false; // as the scene was built
@@ -19,7 +18,7 @@ function start(code) {
 }
 
 function must(status) {
-  if (status) throw new Error(module.UTF8ToString(module._web_error()));
+  mustOpen(module, status);
 }
 
 // The views of the memory are looked up anew each time, for growth replaces them.
@@ -27,24 +26,12 @@ function floats(pointer, count) {
   return module.HEAPF32.slice(pointer >> 2, (pointer >> 2) + count);
 }
 
-// Opens a scene of a number, or if there is one, a model as files.js makes it. One that cannot be opened leaves the scene
-// of before.
-function open({ scene, light, model }) {
-  if (model) {
-    const { points, normals, words, materials, texcoords, images } = model;
-    let at = module._web_model_room(model.count, words.length / MATERIAL_WORDS, texcoords !== null) >> 2;
-    if (!at) throw new Error("there is not enough memory for the model");
-    for (const values of [points, normals, words, materials, texcoords ?? []]) {
-      (values === materials ? module.HEAPU32 : module.HEAPF32).set(values, at);
-      at += values.length;
-    }
-    for (const { width, height, pixels } of images) {
-      const room = module._web_image_room(width, height) >> 2;
-      if (!room) throw new Error("there is not enough memory for its images");
-      module.HEAPU32.set(pixels, room);
-    }
-  }
-  must(model ? module._web_open_model(light) : module._web_open(scene, light));
+function doubles(pointer, count) {
+  return [...module.HEAPF64.slice(pointer >> 3, (pointer >> 3) + count)];
+}
+
+function open(request) {
+  openScene(module, request);
   shutterOpen = false;
   return { opened: true, camera: [...floats(module._web_first_camera(), 9)], triangles: module._web_triangles() };
 }
@@ -57,12 +44,14 @@ function render(band) {
   const posed = performance.now();
   module._web_camera(...band.eye, ...band.target, band.aperture, band.focus);
   module._web_settings(band.mode, band.packet, band.cost, band.attenuation);
+  module._web_path(band.path, band.steps, band.counted);
   must(module._web_render_band(band.y, band.rows, band.samples, band.pass));
   const first = band.y * band.width, count = band.rows * band.width;
   return {
     band: { y: band.y, rows: band.rows },
     pixels: floats(module._web_pixels() + 12 * first, 3 * count),
     cost: band.cost ? floats(module._web_cost() + 4 * first, count) : null,
+    work: band.counted ? doubles(module._web_work(), 4) : null,
     built,
     posing: posed - begin,
     rendering: performance.now() - posed,

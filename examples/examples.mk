@@ -165,6 +165,7 @@ course-test: course-check-text | out/course
 	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o)) $(if $(MINGW),$(COURSE_FILES:%=$(B)/course/mingw/%.ok))
 	@echo "course-test: $(if $(TCC),all $(words $(COURSE_FILES)) files compile with tcc,tcc is not installed (make deps-extra), nothing is compiled by it)"
 	@echo "course-test: $(if $(MINGW),all of them compile for Windows,MinGW is not installed (make deps-extra)$(comma) nothing is compiled for Windows)"
+	tests/concepts.sh
 	tests/course.sh $(B)/course $(COURSE_CHECKS)
 
 $(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc

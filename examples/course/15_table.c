@@ -1,6 +1,6 @@
 /* Chapter 15: table 1 in counts. Makes out/course/15_parts.svg, what packets cost by their size; 15_bounces.svg, tests by
-   bounce; 15_lanes.png, where in a picture packets gain. Prints counts, predicted speed-ups beside measured ones, and the
-   way from the paper's packets to the library's.
+   bounce; 15_lanes.png, where in a picture packets gain. Prints counts, predicted speed-ups beside measured ones, the way
+   from the paper's packets to the library's, and tables 2 and 3 in counts.
 
    cc -O2 examples/course/15_table.c -o table -lm && ./table
 
@@ -8,6 +8,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "15_draw.h"
 #include "15_figures.h"
+#include "15_modes.h"
 #include "15_times.h"
 #include "15_walk.h"
 
@@ -146,6 +147,7 @@ int main(int argc, char **argv) {
     for (int e = 0; e < TABLE_SIZES; e++) rows[k][e] = table_count(&world, table_edge[e]);
     figures_scene(table_scene[k], rows[k]);
     print_ways(&world);
+    modes_print(&world);
     table_close(&world);
   }
   print_speedups(rows);

@@ -81,8 +81,10 @@ typedef struct table_world {
   pktrt_scene *library;
 } table_world;
 
-/* Returns a scene. In the paper's conference room all surfaces reflect, so ours are made to do so. */
-EX_UNUSED static table_world table_open(int number) {
+/* Returns a scene in which nothing moves (shutter 0), or one for distribution ray tracing, whose meshes move while the
+   shutter is open, for a part of the animation's loop. In the paper's conference room all surfaces reflect, glossily in
+   distribution ray tracing, so ours are made to do so. */
+EX_UNUSED static table_world table_open_moving(int number, double shutter) {
   table_world world;
   pktrt_scene_desc desc;
   world.number = number;
@@ -92,6 +94,10 @@ EX_UNUSED static table_world table_open(int number) {
     pktrt_material *material = &world.made.materials[i].m;
     if (material->specular != PKTRT_SPECULAR_NONE) continue;
     material->specular = PKTRT_SPECULAR_MIRROR;
+    if (shutter > 0) {
+      material->lobe = PKTRT_LOBE_PHONG;
+      material->exponent = 100;
+    }
     for (int c = 0; c < 3; c++) {
       material->reflectance[c] = 0.4f;
       material->albedo[c] *= 0.6f;
@@ -102,12 +108,14 @@ EX_UNUSED static table_world table_open(int number) {
   memset(&desc, 0, sizeof desc);
   desc.isa = pktrt_isa_available(PKTRT_ISA_SSE2) ? PKTRT_ISA_SSE2 : PKTRT_ISA_AUTO;
   world.library = pktrt_scene_create(&desc);
-  if (!world.library || scene_add(world.library, &world.made) || pktrt_commit(world.library)) {
+  if (!world.library || scene_add_at(world.library, &world.made, 0, shutter) || pktrt_commit(world.library)) {
     ex_fail("%s", pktrt_last_error(world.library));
     exit(1);
   }
   return world;
 }
+
+EX_UNUSED static table_world table_open(int number) { return table_open_moving(number, 0); }
 
 EX_UNUSED static void table_close(table_world *world) {
   pktrt_scene_destroy(world->library);

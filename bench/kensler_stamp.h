@@ -34,9 +34,7 @@ typedef struct course {
   uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
 } course;
 
-#ifndef KENSLER_ALONE
 static pktrt_counts kensler_unread; /* the scalar set counts always */
-#endif
 
 typedef struct race_set {
   void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */

@@ -27,6 +27,8 @@
 #define plain_dot_f PK_NAME(plain_dot_f)
 #define plain_origin PK_NAME(plain_origin)
 #define plain_rays PK_NAME(plain_rays)
+#define plain_test_moving PK_NAME(plain_test_moving)
+#define plain_test_resting PK_NAME(plain_test_resting)
 #define plain_signs PK_NAME(plain_signs)
 #define plain_take PK_NAME(plain_take)
 #define plain_triangle PK_NAME(plain_triangle)

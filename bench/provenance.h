@@ -75,12 +75,22 @@ static const char *widest_vectors(const processor *p) {
                                       : "no known vectors";
 }
 
+/* Returns the number of processors, 0 where nothing tells. */
+static long count_cores(void) {
+#ifdef _WIN32
+  const char *number = getenv("NUMBER_OF_PROCESSORS");
+  return number ? atol(number) : 0;
+#else
+  return sysconf(_SC_NPROCESSORS_ONLN);
+#endif
+}
+
 static void write_provenance(FILE *to, const char *command) {
   static processor p;
   char date[32] = "unknown", name[256];
   const time_t now = time(NULL);
   const struct tm *today = localtime(&now);
-  const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+  const long cores = count_cores();
   read_processor(&p);
   if (today) strftime(date, sizeof date, "%Y-%m-%d", today);
   fprintf(to, "# version %d.%d.%d; machine %s, %s, %ld core%s; date %s; command %s\n", PKTRT_VERSION / 10000,

@@ -13,6 +13,12 @@ function check(good, sentence, told = "") {
   if (!good) failures++;
 }
 
+// The milliseconds of processor time that this process has taken: what else the machine does says nothing of the code.
+function processorTime() {
+  const { user, system } = process.cpuUsage();
+  return (user + system) / 1000;
+}
+
 // --- files ---
 
 const text = (name, ...lines) => ({ name, bytes: new TextEncoder().encode(lines.join("\n") + "\n") });
@@ -104,14 +110,14 @@ function reads(sentence, given, said, good = () => true) {
   check(told === said && good(model), sentence, told);
 }
 function refuses(sentence, given, pattern, slowest = 1000) {
-  const began = performance.now();
+  const began = processorTime();
   let told = "it has been read";
   try {
     files.readModel(Array.isArray(given) ? given : [given]);
   } catch (failed) {
     told = failed.message;
   }
-  const took = performance.now() - began;
+  const took = processorTime() - began;
   check(pattern.test(told) && took < slowest, sentence, `${told}${took < slowest ? "" : `, after ${took.toFixed(0)} ms`}`);
 }
 
@@ -269,11 +275,11 @@ function testHostile() {
   const many = Array.from({ length: 10001 }, (_, i) => `${i}`);
   refuses("more materials than may be", [obj(...many.flatMap((i) => [`usemtl ${i}`, "f 1 2 3"])),
     text("a.mtl", ...many.flatMap((i) => [`newmtl ${i}`, "Kd 1 0 0"]))], /it has more than 10,000 materials/, 5000);
-  const began = performance.now(), around = many.map((i) => `v ${Math.cos(i / 1000)} ${Math.sin(i / 1000)} 0`);
+  const began = processorTime(), around = many.map((i) => `v ${Math.cos(i / 1000)} ${Math.sin(i / 1000)} 0`);
   const fan = many.slice(2).map((i) => `f 1 ${i} ${+i + 1}\n`.repeat(15));
   files.readModel([text("t.obj", "v 0 0 0", around.join("\n"), fan.join(""))]);
-  check(performance.now() - began < 20000, "150,000 triangles around a vertex are read in bounded time",
-    `${(performance.now() - began).toFixed(0)} ms`);
+  check(processorTime() - began < 20000, "150,000 triangles around a vertex are read in bounded time",
+    `${(processorTime() - began).toFixed(0)} ms`);
   refuses("a colour that is NaN", [obj("f 1 2 3"), text("a.mtl", "newmtl a", "Kd x")], /line 2 of its \.mtl file: Kd x is not a colour/);
 
   refuses("a binary .stl file that ends early", { ...binaryStl(soup, 4, 20), name: "u.stl" }, /^u\.stl is refused: /);
@@ -392,7 +398,7 @@ function testHostile() {
   for (let i = 0; i < 8000; i++) {
     const { name, bytes } = kinds[i % kinds.length], changed = Uint8Array.from(bytes).subarray(0, next(3) ? bytes.length : next(bytes.length));
     for (let k = next(6); k > 0 && changed.length; k--) changed[next(changed.length)] = next(4) ? next(256) : 0xff;
-    const began = performance.now();
+    const began = processorTime();
     try {
       const model = files.readModel([{ name, bytes: changed }]);
       read++;
@@ -401,7 +407,7 @@ function testHostile() {
     } catch (error) {
       if (!/^t\.\w+ is refused: .*[^ ]$/.test(error.message) || /what its name says|memory/.test(error.message)) strange = error.message;
     }
-    slowest = Math.max(slowest, performance.now() - began);
+    slowest = Math.max(slowest, processorTime() - began);
   }
   check(!strange && slowest < 1000 && read > 800 && read < 7200, "8,000 files with bytes changed or cut off",
     strange || `${read} could be read, the slowest in ${slowest.toFixed(0)} ms`);

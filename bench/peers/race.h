@@ -484,7 +484,10 @@ static size_t contradictions(unsigned count, const job *j) {
   const bool noticed = differing_answers(count, j) != differ;
   *last = kept;
 
-  if (same && !noticed) printf("peers: control: an answer with another bit is not noticed\n"), exit(1);
+  if (same && !noticed) {
+    printf("peers: control: an answer with another bit is not noticed\n");
+    exit(1);
+  }
   return differ;
 }
 

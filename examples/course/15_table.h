@@ -88,7 +88,10 @@ EX_UNUSED static table_world table_open_moving(int number, double shutter) {
   table_world world;
   pktrt_scene_desc desc;
   world.number = number;
-  if (!scene_make(table_scene[number], &world.made)) ex_fail("out of memory"), exit(1);
+  if (!scene_make(table_scene[number], &world.made)) {
+    ex_fail("out of memory");
+    exit(1);
+  }
 
   for (size_t i = 0; i < world.made.material_count && number == 0; i++) {
     pktrt_material *material = &world.made.materials[i].m;

@@ -23,7 +23,10 @@ EX_UNUSED static void times_read(times all[TABLE_SCENES]) {
   double seconds;
   FILE *file = fopen(TIMES_FILE, "r");
   memset(all, 0, TABLE_SCENES * sizeof *all);
-  if (!file || !fgets(line, sizeof line, file)) ex_fail("%s: cannot be read", TIMES_FILE), exit(1);
+  if (!file || !fgets(line, sizeof line, file)) {
+    ex_fail("%s: cannot be read", TIMES_FILE);
+    exit(1);
+  }
   printf("times of %s: %s", TIMES_FILE, line + 2);
 
   while (fgets(line, sizeof line, file)) {
@@ -36,7 +39,10 @@ EX_UNUSED static void times_read(times all[TABLE_SCENES]) {
   fclose(file);
   for (int k = 0; k < TABLE_SCENES; k++)
     for (int e = 1; e < TABLE_SIZES; e++)
-      if (!(all[k].packets[e] > 0 && all[k].single[e] > 0)) ex_fail("%s: a time is missing", TIMES_FILE), exit(1);
+      if (!(all[k].packets[e] > 0 && all[k].single[e] > 0)) {
+        ex_fail("%s: a time is missing", TIMES_FILE);
+        exit(1);
+      }
 }
 
 /* Returns the processor's seconds for the tiles of a scene with so many pixels along an edge. */

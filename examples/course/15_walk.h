@@ -221,7 +221,10 @@ EX_UNUSED static void walk_record(void *user, const pktrt_packet *packet) {
     to->y = (uint32_t *)realloc(to->y, to->room * sizeof *to->y);
     to->end = (uint32_t *)realloc(to->end, to->room * sizeof *to->end);
     to->shadow = (bool *)realloc(to->shadow, to->room * sizeof *to->shadow);
-    if (!to->ray || !to->x || !to->y || !to->end || !to->shadow) ex_fail("out of memory"), exit(1);
+    if (!to->ray || !to->x || !to->y || !to->end || !to->shadow) {
+      ex_fail("out of memory");
+      exit(1);
+    }
   }
 
   for (uint32_t i = 0; i < packet->n; i++, to->rays++) {

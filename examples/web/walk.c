@@ -181,7 +181,10 @@ static walk_world *walk_world_of(uint32_t scene) {
   if (!library || pktrt_add_mesh(library, &mesh, NULL) || pktrt_commit(library))
     ex_fail("%s", pktrt_last_error(library)), exit(1);
   w->library = library;
-  if (!walk_number(w)) ex_fail("out of memory"), exit(1);
+  if (!walk_number(w)) {
+    ex_fail("out of memory");
+    exit(1);
+  }
   return w;
 }
 

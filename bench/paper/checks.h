@@ -177,9 +177,8 @@ static double change_with_feature(bench *b, const claim *c, control is, char det
   return most / least;
 }
 
-/* One frame as table 2 has it. */
 static const row *frame_of(bench *b, const char *name, pktrt_mode mode) {
-  setup s = one_frame(b, name, mode, mode == PKTRT_MODE_DRT ? 4 : 1);
+  setup s = frame_of_table2(b, name, mode);
   column(0, &s);
   return measure(b, &s, 1);
 }

@@ -97,8 +97,7 @@ static void table2(bench *b) {
   for (int k = 0; k < 3; k++)
     for (int c = 0; c < columns(); c++)
       for (int m = 0; m < 3; m++) {
-        const pktrt_mode mode = (pktrt_mode)m;
-        setup s = one_frame(b, paper[k].scene, mode, mode == PKTRT_MODE_DRT ? 4 : 1);
+        setup s = frame_of_table2(b, paper[k].scene, (pktrt_mode)m);
         column(c, &s);
         r[k][c][m] = measure_pair(b, &s, 0, paper[k].speed[m], 0);
       }

@@ -533,6 +533,14 @@ static setup one_frame(const bench *b, const char *name, pktrt_mode mode, unsign
   return s;
 }
 
+/* A frame of table 2, which compares modes. Distribution ray tracing has smaller tiles, which show less of the frame: with
+   the eight tiles of other single frames the ratio of two modes would depend on where these lie. Thus four times as many. */
+static setup frame_of_table2(const bench *b, const char *name, pktrt_mode mode) {
+  setup s = one_frame(b, name, mode, mode == PKTRT_MODE_DRT ? 4 : 1);
+  s.every = (s.every + 3) / 4;
+  return s;
+}
+
 /* The ray of a pinhole through a place of the picture, (0,0) its upper left corner; up is y. */
 static void look_through(const pktrt_camera *c, double x, double y, pktrt_ray *ray) {
   double to[3], right[3], up[3], length = 0, across = 0;

@@ -1,6 +1,8 @@
 # Fills in the tables of a README: the lines between the marks <!-- NAME --> and <!-- /NAME --> become the table NAME of `results`.
 # Most are NAME.md, written with NAME.csv in the same run; those with a function below are made from CSV files here. Under each
 # table stands its origin: the first line of its CSV file. A table whose files are missing stays as it is.
+# A number in prose that is followed by <!-- NAME -->, as in 1.25<!-- camera -->, becomes the figure NAME of figures.txt, whose head
+# says how these are defined. What is not defined, or not one number, is an error, and the exit status is 1.
 # A mark may choose from NAME.md: <!-- NAME 1 3 --> takes the first and the third table, each with the text above it, and
 # <!-- NAME 1 8x8 --> of the first table only the rows that contain 8x8. Then a link to the whole file follows.
 
@@ -16,7 +18,12 @@ function there(names,    n, i, list, line, all) {
 # Numbers as numbers: what is cut out of a line would be compared as text.
 function value_of(text) { return text ~ /^-?[0-9.]+([eE][-+]?[0-9]+)?$/ ? text + 0 : text }
 # The fields of a line, in which quotes may enclose commas, to f by the names of the file's columns.
-function read_fields(line, f, columns,    n, i, text, quoted, c) {
+function read_fields(line, f, columns,    n, i, text, quoted, c, fields) {
+  if (!index(line, "\"")) {
+    n = split(line, fields, ",")
+    for (i = 1; i <= n; i++) f[columns[i]] = value_of(fields[i])
+    return
+  }
   n = 1; text = ""; quoted = 0
   for (i = 1; i <= length(line) + 1; i++) {
     c = substr(line, i, 1)
@@ -314,9 +321,95 @@ function table_checksums(    f, sum) {
   print ""
 }
 
+# --- figures in prose ---
+
+function fail(what) {
+  print FILENAME ":" FNR ": " what >"/dev/stderr"
+  failed = 1
+}
+# Reads figures.txt. Of each figure: how its rows are put together, its format, its file and column, and what its rows have.
+function read_definitions(    file, line, word, n, i, name, column) {
+  file = source "/figures.txt"
+  defined = 1
+  while ((getline line < file) > 0) {
+    if (line ~ /^(#|$)/) continue
+    n = split(line, word, " ")
+    name = word[1]
+    if (name in how) fail(file " defines " name " twice")
+    how[name] = word[2]
+    format[name] = word[3]
+    split(word[4], column, ".")
+    from[name] = column[1]
+    number[name] = column[2]
+    for (i = 5; i <= n; i++) condition[name, i - 4] = word[i]
+    conditions[name] = n - 4
+    names_from[column[1], ++figures_from[column[1]]] = name
+  }
+  close(file)
+}
+# Whether a row has what the figure asks for: COLUMN=VALUE,VALUE or COLUMN!=VALUE. Blanks in values are written as underscores.
+function is_of(name, f,    i, part, value, differs) {
+  for (i = 1; i <= conditions[name]; i++) {
+    differs = condition[name, i] ~ /!=/
+    split(condition[name, i], part, /!?=/)
+    value = f[part[1]] ""
+    gsub(/ /, "_", value)
+    if (differs == (index("," part[2] ",", "," value ",") > 0)) return 0
+  }
+  return 1
+}
+# Takes all figures of a file from its rows. A column A/B is the quotient of two.
+function take_figures(file,    f, i, name, x, part) {
+  taken[file] = 1
+  while (next_row(file, f))
+    for (i = 1; i <= figures_from[file]; i++) {
+      name = names_from[file, i]
+      if (!is_of(name, f)) continue
+      x = f[number[name]]
+      if (split(number[name], part, "/") == 2) x = f[part[2]] + 0 ? f[part[1]] / f[part[2]] : ""
+      if (x == "") continue
+      if (!rows_of[name]++) least[name] = most[name] = x
+      if (x < least[name]) least[name] = x
+      if (x > most[name]) most[name] = x
+      sum[name] += x
+      if (x > 0) logs[name] += log(x)
+    }
+}
+# The figure as it stands in the text.
+function figure(name,    x, shown) {
+  if (!defined) read_definitions()
+  if (!(name in how)) { fail("figures.txt does not define " name); return "?" }
+  if (!(from[name] in taken)) take_figures(from[name])
+  if (!rows_of[name]) { fail("no row of " from[name] ".csv has the figure " name); return "?" }
+  if (how[name] == "only" && least[name] != most[name]) fail("the rows of " from[name] ".csv differ in the figure " name)
+  if (how[name] ~ /^(only|least)$/) x = least[name]
+  else if (how[name] == "most") x = most[name]
+  else if (how[name] == "sum") x = sum[name]
+  else if (how[name] == "mean") x = exp(logs[name] / rows_of[name])
+  else fail("figures.txt puts " name " together in an unknown way, " how[name])
+  shown = format[name]
+  if (sub(/%%$/, "", shown)) return sprintf(shown, 100 * x)
+  if (sub(/M$/, "", shown)) return sprintf(shown, x / 1e6)
+  if (sub(/ppm$/, "", shown)) return sprintf(shown, x * 1e6)
+  return sprintf(shown, x)
+}
+function fill(line,    done, name, at) {
+  while (match(line, /-?[0-9?][0-9.,]*<!-- [a-z0-9_]+ -->/)) {
+    at = RSTART
+    name = substr(line, at, RLENGTH)
+    done = done substr(line, 1, at - 1)
+    line = substr(line, at + RLENGTH)
+    sub(/^[^<]*<!-- /, "", name)
+    sub(/ -->$/, "", name)
+    done = done figure(name) "<!-- " name " -->"
+  }
+  return done line
+}
+
 # --- the marks ---
 
 BEGIN {
+  if (source == "") source = "bench"
   needs["first"] = "table1 table3 section31 amortisation embree_rcs"
   needs["figures"] = "pictures tests stability"
   needs["error_figures"] = "error_slopes error_bounds error_estimates error_targets error_adaptive"
@@ -364,9 +457,10 @@ function can(name,    line, ok) {
   return ok && there(name)
 }
 inside && $0 == "<!-- /" name " -->" { inside = 0 }
-!inside { print }
+!inside { print fill($0) }
 /^<!-- [a-z0-9_]+( [^ ]+)* -->$/ && !inside {
   name = $2; blocks = " "; rows = ""
   for (i = 3; i < NF; i++) { if ($i ~ /^[0-9]$/) blocks = blocks $i " "; else rows = $i }
   if (can(name)) { inside = 1; table(name, blocks, rows) }
 }
+END { exit failed }

@@ -282,6 +282,47 @@ function table_headline(    f, names, codes, words, n, i, what) {
   print ""
 }
 
+# --- single calls against Embree's ---
+
+# Of each scene the geometric mean of the kinds of rays and the worst, of rays that lie in memory and of fresh ones, by both sets.
+function table_peers_single(    f, key, scenes, n, i, k, keys, logs, worst, count, names, cell, all, ns, row) {
+  split("avx512 single;avx512 fresh;avx2 single;avx2 fresh", keys, ";")
+  while (next_row("peers", f)) {
+    if (f["mode"] != "single" && f["mode"] != "fresh") continue
+    if (f["scene"] == "few triangles") {
+      key = f["what"] " " f["isa"] " " f["mode"]
+      if (f["library"] == "ratio") ns[key] = ns[key] sprintf(" ns: %.2f", f["best"])
+      else ns[key] = ns[key] (ns[key] == "" ? "" : " / ") sprintf("%.1f", f["best"])
+    } else if (f["library"] == "ratio" && f["setting"] == "at rest" && f["scene"] != "mean") {
+      if (!(f["scene"] in names)) { names[f["scene"]] = 1; scenes[++n] = f["scene"] }
+      key = f["scene"] " " f["isa"] " " f["mode"]
+      logs[key] += log(f["best"]); count[key]++
+      if (!(key in worst) || f["best"] < worst[key]) worst[key] = f["best"]
+    }
+  }
+  print "| scene | AVX-512, stored | fresh | AVX2, stored | fresh |\n|---|--:|--:|--:|--:|"
+  for (i = 1; i <= n; i++) {
+    row = "| " scenes[i] " |"
+    for (k = 1; k <= 4; k++) {
+      key = scenes[i] " " keys[k]
+      if (!count[key]) { row = row "  |"; continue }
+      cell = logs[key] / count[key]
+      all[k] += cell
+      row = row sprintf(" %.2f (%.2f) |", exp(cell), worst[key])
+    }
+    print row
+  }
+  row = "| all |"
+  for (k = 1; k <= 4; k++) row = row sprintf(" **%.2f** |", exp(all[k] / n))
+  print row
+  for (i = 1; i <= 2; i++) {
+    row = "| few triangles, a " (i == 1 ? "miss" : "hit") " |"
+    for (k = 1; k <= 4; k++) row = row " " ns[(i == 1 ? "miss " : "hit ") keys[k]] " |"
+    print row
+  }
+  print ""
+}
+
 # --- stability: a row for each part ---
 
 function table_stability_parts(    f, parts, n, i, p, cases, tried, found, control, caught) {
@@ -414,7 +455,7 @@ BEGIN {
   needs["figures"] = "pictures tests stability"
   needs["error_figures"] = "error_slopes error_bounds error_estimates error_targets error_adaptive"
   needs["pictures"] = "pictures"; needs["headline"] = "headline"; needs["stability_parts"] = "stability"; needs["fuzz"] = "fuzz"
-  needs["checksums"] = "checksums"
+  needs["checksums"] = "checksums"; needs["peers_single"] = "peers"
 }
 # The lines of NAME.md, or those that a mark chooses: `blocks` are numbers of tables between blanks, or none for all; `rows` is
 # what a row must contain.
@@ -440,6 +481,7 @@ function table(name, blocks, rows,    where) {
   else if (name == "error_figures") table_error_figures()
   else if (name == "pictures") table_pictures()
   else if (name == "headline") table_headline()
+  else if (name == "peers_single") table_peers_single()
   else if (name == "stability_parts") table_stability_parts()
   else if (name == "fuzz") table_fuzz()
   else if (name == "checksums") table_checksums()
@@ -447,7 +489,7 @@ function table(name, blocks, rows,    where) {
   where = FILENAME ~ /bench\/README\.md$/ ? "results/" : "../results/"
   if (name == "stability_parts") print caption("stability") " [All of it](" where "stability.md)."
   else if (name !~ /^(first|figures|error_figures)$/)
-    print caption(name) (blocks == " " ? "" : " [All of it](" where name ".md).")
+    print caption(name == "peers_single" ? "peers" : name) (blocks == " " ? "" : " [All of it](" where name ".md).")
   print ""
 }
 function can(name,    line, ok) {

@@ -110,21 +110,24 @@ static void open_blocks(const bench *b, stage *g, const char *name, pktrt_mode m
 
 static const char *const mode_names[3] = {"RCS", "WRT", "DRT"};
 
-static void curve_csv(const bench *b, const stage *g, const curve *c) {
+/* At 16 and 64 samples also the RMSE over that of `random` in the same time. */
+static void curve_csv(const bench *b, const stage *g, const curve *c, const curve *random) {
   const interval slope = c->n[0] <= FIRST_SLOPE ? curve_slope(c) : (interval){NAN, NAN, NAN};
   for (unsigned i = 0; i < c->points; i++) {
     const interval r = curve_rmse(c, i);
     double relative = 0;
     for (unsigned k = 0; k < c->seeds; k++) relative += c->relative[k * c->points + i] / c->seeds;
-    csv(&b->out, "%s,%s,%s,%d,%.0f,%u,%.6f,%.6g,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f\n", g->name, mode_names[g->view.mode],
+    csv(&b->out, "%s,%s,%s,%d,%.0f,%u,%.6f,%.6g,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f,", g->name, mode_names[g->view.mode],
         pktrt_sampler_string(c->sampler), c->split ? 2 : 1, c->n[i], c->seeds, c->seconds[i], r.value, r.low, r.high,
         relative, slope.value, slope.low, slope.high);
+    if (c->n[i] == 16 || c->n[i] == 64) csv(&b->out, "%.4f", equal_time(c, random, c->n[i]).value);
+    csv(&b->out, "\n");
   }
 }
 
 static void curve_header(const bench *b) {
-  csv(&b->out,
-      "scene,mode,sampler,passes,samples,seeds,seconds,rmse,low,high,relative_mse,slope,slope_low,slope_high\n");
+  csv(&b->out, "scene,mode,sampler,passes,samples,seeds,seconds,rmse,low,high,relative_mse,slope,slope_low,slope_high,"
+               "over_random\n");
 }
 
 /* Three lines of a table, a column for each sampler: slopes, errors at equal time unsplit, and with the estimator. */
@@ -157,7 +160,10 @@ static void stage_curves(const bench *b, stage *g, unsigned seeds, unsigned sobo
     start_curve((pktrt_sampler)s, true, 8, 128, seeds < 8 ? seeds : 8, &split[s]);
   }
   measure_curves(g, whole, PKTRT_SAMPLER_COUNT), measure_curves(g, split, PKTRT_SAMPLER_COUNT);
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) curve_csv(b, g, &whole[s]), curve_csv(b, g, &split[s]);
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
+    curve_csv(b, g, &whole[s], &whole[PKTRT_SAMPLER_RANDOM]);
+    curve_csv(b, g, &split[s], &whole[PKTRT_SAMPLER_RANDOM]);
+  }
   curve_lines(b, g, whole, split);
 }
 

@@ -12,11 +12,13 @@
    without an active ray are not tested. These tests are made:
 
      - FIRST_HIT, LATER_HIT, INTERVAL_CULL, FRUSTUM_CULL, ALL_MISS: the group of the first active ray of the parent's range,
-       from this ray on. The parent's range is told by its event NODE.
+       from this ray on. The parent's range is told by its event NODE: it begins with `ray` and has `active` rays, some of
+       which may no longer be active. The parent's depth is one less than the child's.
      - ALL_MISS: besides, the other groups of the parent's range.
      - LATER_HIT, if the ray is in another group than the first active ray: besides, the groups in between, and the group of
        the ray. Then the end of the range is looked for: the groups from the end of the parent's range backwards, until one
-       has a ray that enters, but not the group of the ray again. `active` of the event tells the new end of the range.
+       has a ray that enters, but not the group of the ray again. `active` of the event tells the new end of the range,
+       which is the end of a group or of the packet.
      - LEAF_TEST: the group of its ray, from a range that begins with the ray of LEAF. But the group of that ray has been
        tested before, and is not tested again.
      - NONE_LEFT, TRIM, LEAF, HIT, NODE: no test. */

@@ -4,7 +4,7 @@
 #: --- web page, course, pictures ---
 .PHONY: web web-serve test-web test-web-node test-serve
 .PHONY: course course-check course-test course-text course-check-text course-pictures
-.PHONY: readme-pictures example-pictures
+.PHONY: readme-pictures example-pictures web-picture
 FOLDERS += build/web $(WEB) $(B)/course $(B)/course/tcc out/course
 
 # --- the web page ---
@@ -246,6 +246,13 @@ example-pictures: effects | out
 	  $(PYTHON) -B examples/python/factors.py out/factors.png; small out/factors.png factors; \
 	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
 	@most=1200000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
+
+# Of the page after a look around: tests/web_page.js has screenshots, and this takes one of them.
+#: web-picture       makes the small picture of the page by Chromium; changes a tracked file
+web-picture: web | out
+	$(BUILD) $(B)/shrink $(B)/render $(B)/walk_events
+	ONLY=files tests/web.sh $(WEB) $(B)
+	@set -e; $(SMALL); small out/web-files.png web
 
 $(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
 	$(PROGRAM)

@@ -716,7 +716,7 @@ function fit() {
   const frame = picture.parentElement.style;
   frame.aspectRatio = `${width} / ${height}`;
   frame.setProperty("--ratio", width / height);
-  frame.maxWidth = `min(${2.5 * width}px, ${(76 * width) / height}vh)`;
+  frame.maxWidth = `min(${2.5 * width}px, var(--most-height) * ${width / height})`;
   overlay.hidden = byId("legend").hidden = true;
 }
 

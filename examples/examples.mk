@@ -247,12 +247,12 @@ example-pictures: effects | out
 	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
 	@most=1200000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
 
-# Of the page after a look around: tests/web_page.js has screenshots, and this takes one of them.
+# The page as it is at first, after some passes.
 #: web-picture       makes the small picture of the page by Chromium; changes a tracked file
 web-picture: web | out
-	$(BUILD) $(B)/shrink $(B)/render $(B)/walk_events
-	ONLY=files tests/web.sh $(WEB) $(B)
-	@set -e; $(SMALL); small out/web-files.png web
+	$(BUILD) $(B)/shrink
+	ONLY=gallery tests/web.sh $(WEB) $(B)
+	@$(SMALL); small out/web-page.png web
 
 $(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
 	$(PROGRAM)

@@ -428,7 +428,7 @@ async function files() {
   const [r2, g2] = await middleOf();
   check("it is red", r2 > 2 * g2, `${r2} ${g2}`);
   await page.waitForFunction(() => parseInt(document.getElementById("samples").textContent, 10) >= 16, { timeout: 60000 });
-  await page.screenshot({ path: "out/web-files.png", clip: { x: 0, y: 0, width: 1280, height: 800 } }); // make web-picture shows it
+  await page.screenshot({ path: "out/web-files.png" });
   await refused("a model that is refused leaves this one", [at("lines.obj")], /line 2: a face names vertex 1 of 1|vertex 2 of 1/);
   // An image: of one colour, then cut in two.
   const image = await page.evaluate(() => {
@@ -1023,6 +1023,14 @@ async function speed() {
   await page.close();
 }
 
+// The page as examples/README.md shows it, for make web-picture alone.
+async function gallery() {
+  const page = await open("", { height: 800 });
+  await page.waitForFunction(() => Number(document.getElementById("samples").textContent) >= 32, { timeout: 240000 });
+  await page.screenshot({ path: "out/web-page.png" });
+  await page.close();
+}
+
 async function complaining() {
   console.log("complaints");
   check("the console has no errors", complaints.length === 0, complaints.slice(0, 3).join("; "));
@@ -1043,6 +1051,7 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
+    if (only.includes("gallery")) await gallery();
     for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();

@@ -4,7 +4,7 @@
 #: --- web page, course, pictures ---
 .PHONY: web web-serve test-web test-web-node test-serve
 .PHONY: course course-check course-test course-text course-check-text course-pictures
-.PHONY: readme-pictures example-pictures
+.PHONY: readme-pictures example-pictures web-picture
 FOLDERS += build/web $(WEB) $(B)/course $(B)/course/tcc out/course
 
 # --- the web page ---
@@ -246,6 +246,13 @@ example-pictures: effects | out
 	  $(PYTHON) -B examples/python/factors.py out/factors.png; small out/factors.png factors; \
 	  else echo "example-pictures: there is no python3 with cffi, numpy and matplotlib (make deps-extra), theirs stay as they are"; fi
 	@most=1200000; has=$$(cat $(GALLERY)/* | wc -c); echo "$(GALLERY): $$has bytes"; [ $$has -le $$most ]
+
+# The page as it is at first, after some passes.
+#: web-picture       makes the small picture of the page by Chromium; changes a tracked file
+web-picture: web | out
+	$(BUILD) $(B)/shrink
+	ONLY=gallery tests/web.sh $(WEB) $(B)
+	@$(SMALL); small out/web-page.png web
 
 $(B)/shrink: tests/view/shrink.c examples/common.h $(B)/pktrt.o | $(B)
 	$(PROGRAM)

@@ -56,11 +56,21 @@ function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps
 // is the latest first pass, `preview` the latest preview, `sums` what the canvas must show.
 function record() {
   const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null, costs: null };
-  const asked = new Map();
+  const asked = new Map(), halved = new Map(); // halves of previews that are to be filtered, by their number
   let job = { id: 0 };
-  function answered({ id, band, pixels, cost }) {
+  function answered({ id, band, pixels, halves, cost }) {
     const settings = asked.get(`${id} ${band.y}`), { width, height } = settings;
     asked.delete(`${id} ${band.y}`);
+    if (halves) {
+      const parts = halved.get(id) ?? { settings, parts: [3, 3, 7, 7].map((n) => new Float32Array(n * width * height)) };
+      halved.set(id, parts);
+      let from = 0;
+      for (const part of parts.parts) {
+        const each = part.length / height;
+        part.set(halves.subarray(from, from += each * band.rows), each * band.y);
+      }
+      return;
+    }
     if (id < job.id) return;
     if (id > job.id) job = { id, settings, rows: 0, floats: new Float32Array(3 * width * height) };
     job.floats.set(pixels, 3 * band.y * width);
@@ -80,6 +90,8 @@ function record() {
       const mean = Array.from(noted.sums.cost, (x) => x / (settings.pass + 1));
       noted.costs = { samples: 2 * (settings.pass + 1), mean, first: settings.pass ? noted.costs?.first : mean };
     }
+    job.halves = halved.get(id)?.parts;
+    halved.delete(id);
     if (!pass) noted.frames++, noted.pixels += width * height, noted.preview = job;
     else if (settings.pass === 0) noted.picture = job;
   }
@@ -90,6 +102,7 @@ function record() {
     }
     postMessage(message, ...more) {
       if (message.band) asked.set(`${message.id} ${message.band.y}`, message.band), noted.last = message.id;
+      if (message.filter) asked.set(`${message.id} ${message.filter.y}`, halved.get(message.id).settings);
       super.postMessage(message, ...more);
     }
   };
@@ -215,6 +228,135 @@ async function pictures() {
   await pictureAfter(page, () => page.keyboard.press(" "));
   check("space ends it", !await page.$eval("#animate", (it) => it.checked));
   await page.close();
+}
+
+// The latest preview, filtered as a whole by a module of its own, and in bands: how many floats differ from what workers
+// made of it in bands. `margin`: rows around these bands, as many as the filter asks for if not named.
+const filteredDiffers = (page, bands, margin) => page.evaluate(async (count, rowsAround) => {
+  const { halves, floats, settings: { width, height } } = noted.preview, { moduleCode } = await import(`${location.origin}/page.js`);
+  const code = await moduleCode();
+  const module = await pktrt({ instantiateWasm: (imports, done) => (WebAssembly.instantiate(code, imports).then(done), {}) });
+  const around = rowsAround ?? module._web_filter_margin(), out = new Float32Array(3 * width * height);
+  for (let i = 0; i < count; i++) {
+    const y = Math.round((height * i) / count), end = Math.round((height * (i + 1)) / count);
+    const from = Math.max(0, y - around), to = Math.min(height, end + around), pixels = width * (to - from);
+    let at = module._web_filter_room(pixels) >> 2;
+    for (const half of halves) {
+      const each = half.length / height;
+      module.HEAPF32.set(half.subarray(each * from, each * to), at), at += each * (to - from);
+    }
+    module._web_filter_rows(width, to - from, y - from, end - y);
+    at += pixels + 3 * width * (y - from);
+    out.set(module.HEAPF32.subarray(at, at + 3 * width * (end - y)), 3 * width * y);
+  }
+  return out.filter((x, i) => x !== floats[i]).length;
+}, bands, margin);
+
+async function filter() {
+  console.log("the filter while it moves");
+  const page = await open("#scene=rtrt&mode=drt&size=256x256&full=1&filter=1");
+  await page.evaluate(() => new Promise((done) => document.head.append(Object.assign(document.createElement("script"), { src: "pktrt.js", onload: done }))));
+  await firstPicture(page);
+  await page.evaluate(() => { // what stands on the canvas after a preview
+    const { prototype } = CanvasRenderingContext2D, { drawImage } = prototype;
+    prototype.drawImage = function draw(...of) {
+      drawImage.apply(this, of);
+      if (this.canvas.id === "picture") window.drawn = this.getImageData(0, 0, 256, 256).data;
+    };
+  });
+  const press = (key) => () => page.focus("#picture").then(() => page.keyboard.press(key));
+  const one = await pictureAfter(page, press("ArrowLeft"), "preview");
+  check("a preview is two halves of one sample", one.settings.halves === true && one.settings.samples === 1);
+  check("bands of workers have the floats of a filter of the whole", await filteredDiffers(page, 1) === 0);
+  check("so have bands that are cut elsewhere", await filteredDiffers(page, 5) === 0);
+  const seams = await filteredDiffers(page, 5, 0);
+  check("control: bands without rows of their neighbours have seams", seams > 1000, `${seams} floats differ`);
+  const differs = (of) => page.evaluate((filtered) => {
+    const { halves: [a, b], floats } = noted.preview;
+    let most = 0;
+    for (let i = 0; i < a.length; i++) {
+      const x = Math.min(1, filtered ? floats[i] : (a[i] + b[i]) / 2);
+      const code = 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+      most = Math.max(most, Math.abs(drawn[4 * Math.floor(i / 3) + i % 3] - code));
+    }
+    return most;
+  }, of);
+  await page.waitForFunction(() => window.drawn, { timeout: 60000 });
+  check("the canvas shows the filtered preview", await differs(true) < 1.01, `${(await differs(true)).toFixed(2)} codes aside at most`);
+  check("control: not the mean of its halves", await differs(false) > 5);
+
+  await page.waitForFunction(() => noted.picture?.id > noted.preview.id, { timeout: 240000, polling: 50 });
+  await page.waitForFunction(() => !noted.sums.count.includes(0) && Number(document.getElementById("samples").textContent) >= 4, { timeout: 240000 });
+  check("at rest it shows the mean of passes, unfiltered", await canvasDiffers(page) < 1.01);
+  check("control: the passes are not a picture a tenth brighter", await canvasDiffers(page, 1.1) > 2);
+
+  await press("n")();
+  const plain = await pictureAfter(page, press("ArrowLeft"), "preview");
+  check("N ends it: a preview is one sample", !plain.settings.halves && !await page.$eval("#filter", (it) => it.checked));
+  const hashHas = (pattern) => page.waitForFunction((it) => new RegExp(it).test(location.hash), { timeout: 20000 }, pattern)
+    .then(() => true, () => false);
+  check("the address says so", await hashHas("^(?!.*filter)"), await page.evaluate(() => location.hash));
+  await press("n")();
+  check("and when it is on", await hashHas("filter=1"));
+  const wrt = await pictureAfter(page, () => page.select("#mode", "wrt"), "preview");
+  check("Whitted's mode has no filter", !wrt.settings.halves);
+  await page.select("#mode", "drt");
+
+  await Promise.all(page.workers().map((worker) => worker.evaluate("module._web_filter_room = () => 0")));
+  const lacking = await pictureAfter(page, press("ArrowLeft"), "preview");
+  const sentence = await text(page, "#filter-said");
+  check("a filter for which memory is lacking is off, and the page says so", !lacking.settings.halves &&
+    /^The filter is off: there is not enough memory for the filter\.$/.test(sentence) && !await page.$eval("#filter", (it) => it.checked), sentence);
+  await page.close();
+  const off = await open("#scene=rtrt&mode=drt&size=256x256");
+  await firstPicture(off);
+  const first = await pictureAfter(off, () => off.focus("#picture").then(() => off.keyboard.press("ArrowLeft")), "preview");
+  check("control: it is off at first, and says nothing", !first.settings.halves && await text(off, "#filter-said") === "");
+  await off.close();
+}
+
+// Frames a second of the pool hall with the filter and without, which are told.
+async function filterSpeed() {
+  console.log("frames per second: the pool hall, distribution ray tracing");
+  for (const on of [0, 1]) {
+    const page = await open(`#scene=poolhall&mode=drt&size=640x480&filter=${on}`);
+    await firstPicture(page);
+    await orbiting(page, 3);
+    const { frames, pixels, ms } = await orbiting(page, 3);
+    console.log(`          ${on ? "filtered" : "not filtered"}: ${frames.toFixed(1)} of ${pixels} pixels, ${ms.toFixed(0)} ms of processors each`);
+    await page.close();
+  }
+}
+
+// On a phone the controls of both tabs are in panels.
+async function panels() {
+  console.log("panels, 390 x 844");
+  for (const [hash, section, count] of [["#mode=rcs&size=256x256", "look", 6], ["#walk?view=3d&event=40", "walk", 4]]) {
+    const page = await open(hash, { width: 390, height: 844, touch: true });
+    await (section === "walk" ? eventShown(page, "40") : firstPicture(page));
+    const seen = () => page.$$eval(`#${section} :is(.panels, #controls, .walk-stage, .walk-side) :is(button, input, select, summary)`, (all) =>
+      all.filter((it) => it.checkVisibility()).map((it) => [it.id || it.name || it.textContent || it.value, it.getBoundingClientRect()])
+        .map(([name, { top, bottom }]) => [name, top >= 0 && bottom <= innerHeight]));
+    const below = async () => (await seen()).filter(([, inside]) => !inside).map(([name]) => name);
+    const closed = (await seen()).length, buttons = await page.$$(`#${section} .panels button`);
+    check(`${section}: it has a row of buttons`, buttons.length === count && (await below()).length === 0, (await below()).join(", "));
+    for (const button of buttons) {
+      await button.tap();
+      const name = await button.evaluate((it) => it.textContent), out = await below();
+      const shown = await page.$$eval(`#${section} .opened`, (all) => all.map((it) => it.id));
+      check(`${section}: ${name} opens its panel, and no control is below the fold`, shown.join() === await button.evaluate((it) =>
+        it.getAttribute("aria-controls")) && out.length === 0 && await button.evaluate((it) => it.ariaExpanded) === "true", out.join(", "));
+      await page.screenshot({ path: `out/web-panel-${section}-${name.toLowerCase()}.png` });
+      check(`${section}: nothing is wider than the screen`, !await tooWide(page));
+    }
+    await buttons[0].tap();
+    check(`${section}: the first panel has controls of its own`, (await seen()).length > closed + 2);
+    await page.evaluate((it) => document.getElementById(it).prepend(Object.assign(document.createElement("div"), { style: "height: 500px" })), section);
+    check("control: where there is less room, some are below the fold", (await below()).length > 2);
+    await page.keyboard.press("Escape");
+    check(`${section}: Escape closes it`, (await page.$$(`#${section} .opened`)).length === 0 && (await seen()).length === closed);
+    await page.close();
+  }
 }
 
 // Drops files on the page, as a file manager does.
@@ -881,6 +1023,14 @@ async function speed() {
   await page.close();
 }
 
+// The page as examples/README.md shows it, for make web-picture alone.
+async function gallery() {
+  const page = await open("", { height: 800 });
+  await page.waitForFunction(() => Number(document.getElementById("samples").textContent) >= 32, { timeout: 240000 });
+  await page.screenshot({ path: "out/web-page.png" });
+  await page.close();
+}
+
 async function complaining() {
   console.log("complaints");
   check("the console has no errors", complaints.length === 0, complaints.slice(0, 3).join("; "));
@@ -901,7 +1051,8 @@ async function main() {
       "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, files, touch, wide, walk, tour, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, complaining])
+    if (only.includes("gallery")) await gallery();
+    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

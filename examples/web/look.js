@@ -1,9 +1,10 @@
 // Looks around in a scene, as examples/view.c does in a window. While anything moves, a picture is one sample for each of as
-// many pixels as fit into a fifteenth of a second. When all is still, passes at full size refine it, and their scatter tells
-// what error is left.
+// many pixels as fit into a fifteenth of a second; with the filter, which distribution ray tracing has, two samples and what filter.h
+// makes of them. When all is still, passes at full size refine it, unfiltered, and their scatter tells what error is left.
 //
 // Pictures are made by workers, band by band (worker.js). This page sums up passes, and shows them. A band's floats depend on
-// what was asked for alone, not on who made it or when.
+// what was asked for alone, not on who made it or when. The filter looks across bands: they are put together here, and sent
+// out again with some rows of their neighbours.
 import { addresses, byId, given, isWalk, moduleCode, setControl } from "./page.js";
 import { modelOf } from "./files.js";
 import { hashOf, stepsOf, stepsText, tidy, WALK_DEFAULTS } from "./walk_data.js";
@@ -13,13 +14,15 @@ const MOST_PASSES = 128;
 const LOOP_SECONDS = 10; // of the animation
 const PREVIEW_MS = 1000 / 15;
 const BAND_MS = 80; // how long the user may have to wait for a worker; each band costs some milliseconds by itself
+const LEAST_PIXELS = 256, LEAST_FILTERED = 80 * 60; // of a preview: in fewer the filter finds little to compare
+const FILTERED_ROWS = 32; // at least, of a band: its filter looks at some rows around it as well
 const FAINT = 1 / 20; // what a ray can add at most that may be left out while things move
 const READ_SECONDS = 60; // after which a file is given up
 const MOST_COPIED = 4e6; // triangles of a model, of all workers
 const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKTRT_ERROR_BLOCK
 
 const control = Object.fromEntries(
-  ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "faint", "packet", "workers",
+  ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "filter", "size", "full", "faint", "packet", "workers",
     "over", "strength", "files", "up", "path", "steps"].map((id) => [id, byId(id)]));
 const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
@@ -116,7 +119,8 @@ function feed() {
       const job = nextJob();
       if (!job) continue;
       job.began ??= performance.now();
-      send(one, { id: job.id, band: job.bands.shift() });
+      const band = job.bands.shift();
+      send(one, job.filtering ? { id: job.id, filter: filterOf(job, band) } : { id: job.id, band });
     }
   }
 }
@@ -126,6 +130,8 @@ function take(one, answer) {
   if (answer.failed && !(answer.opening && one.scene.startsWith("model")))
     return say(answer.failed); // it stays busy, and is asked for nothing any more
   one.busy = false;
+  margin = answer.margin ?? margin;
+  if (answer.refused) refuseFilter(answer.refused);
   if (answer.failed) { // a model, for which memory is lacking: the worker has the scene of before
     one.cannot = one.scene;
     one.scene = one.before;
@@ -153,7 +159,7 @@ function takeScene({ camera: told, triangles }) {
 
 // What is in it, beside eye and target. The lens is the scene's own if it is not named.
 const ADDRESSED = ["scene", "mode", "size", "path", "steps", "packet", "aperture", "focus", "shutter", "light", "time", "over", "strength",
-  "full", "faint"];
+  "full", "faint", "filter"];
 let address = given;                               // what the next scene is to be seen like
 let written = isWalk() ? "" : location.hash;       // what stands there
 let addressed = {};                                // values of controls that need not be named
@@ -258,7 +264,7 @@ function begin() {
   const scale = control.full.checked ? 1 : Math.sqrt(Math.min(1, previewPixels / (width * height)));
   passes = 0;
   changed = false;
-  beginJob(Math.ceil(scale * width), Math.ceil(scale * height), 1, -1);
+  beginJob(Math.ceil(scale * width), Math.ceil(scale * height), -1);
 }
 
 function beginPass(width, height) {
@@ -269,7 +275,7 @@ function beginPass(width, height) {
     for (const sum of Object.values(sums)) sum.fill(0);
     frameMs = 0;
   }
-  beginJob(width, height, SAMPLES, passes);
+  beginJob(width, height, passes);
 }
 
 // How much work rows are, by parts of the height: what bands took when they were made last.
@@ -288,17 +294,20 @@ function cut(height, count) {
   return bands;
 }
 
-function beginJob(width, height, samples, pass) {
-  const expected = width * height * samples * msPerSample;
+function beginJob(width, height, pass) {
+  const filters = pass < 0 && control.filter.checked && control.mode.value === "drt";
+  const samples = pass >= 0 ? SAMPLES : 1, perPixel = filters ? 2 : samples;
   const common = {
-    width, height, samples, pass: Math.max(0, pass), eye: camera.eye, target: camera.target, aperture: number("aperture"),
+    width, height, samples, halves: filters, pass: Math.max(0, pass), eye: camera.eye, target: camera.target, aperture: number("aperture"),
     focus: number("focus"), time: number("time"), shutter: control.mode.value === "drt" ? number("shutter") : 0,
     mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
     attenuation: pass < 0 && control.faint.checked ? FAINT : 0,
     path: control.path.selectedIndex, steps: steps(), counted: Number(pass === 0), // which takes time: not in the others
   };
-  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false, spent: 0,
+  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false, spent: 0, samples: perPixel,
+    halves: filters ? HALVES.map((floats) => new Float32Array(floats * width * height)) : null, filtering: false,
     work: pass === 0 ? [0, 0, 0, 0] : null, way: wayOf(common) };
+  const expected = width * height * perPixel * msPerSample;
   job.bands = cut(height, Math.max(expected / BAND_MS, pass < 0 ? workers.length : 2 * workers.length))
     .map((band) => ({ ...common, ...band }));
   job.left = job.bands.length;
@@ -330,16 +339,63 @@ function encode(image, y, values, from, count, factor) {
   }
 }
 
-function takeBand(job, { band, pixels, cost, work: done, built, posing, rendering }) {
-  const { width, height, pass, image } = job, first = band.y * width, n = band.rows * width;
-  msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
+// --- the filter ---
+
+const HALVES = [3, 3, 7, 7]; // floats of a pixel: colours of both halves, and features, as web_filter.c has them
+let margin = 0;              // rows around a band that its filter needs
+
+// Puts a band of both halves into its place. When all are there, bands that are to be filtered take their turn.
+function takeHalves(job, { y, rows }, halves) {
+  let from = 0;
+  HALVES.forEach((floats, i) => {
+    const count = floats * job.width * rows;
+    job.halves[i].set(halves.subarray(from, from + count), floats * job.width * y);
+    from += count;
+  });
+  if (--job.left > 0) return;
+  const count = Math.max(1, Math.min(workers.length, Math.floor(job.height / FILTERED_ROWS)));
+  const edge = (i) => Math.round((job.height * i) / count);
+  job.filtering = true;
+  job.bands = Array.from({ length: count }, (_, i) => ({ y: edge(i), rows: edge(i + 1) - edge(i) }));
+  job.left = count;
+}
+
+function filterOf({ width, height, halves }, { y, rows }) {
+  const from = Math.max(0, y - margin), to = Math.min(height, y + rows + margin);
+  return { width, y, rows, above: y - from, parts: halves.map((all, i) => all.slice(HALVES[i] * width * from, HALVES[i] * width * to)) };
+}
+
+// Previews go on without it.
+function refuseFilter(sentence) {
+  control.filter.checked = false;
+  show("filter-said", `The filter is off: ${sentence}.`);
+  jobs = jobs.filter((one) => !one.halves);
+  change();
+}
+
+function takeBand(job, answer) {
+  const { band, pixels, halves, filtering } = answer;
+  if (filtering === undefined) noteBand(job, answer);
+  if (halves) takeHalves(job, band, halves);
+  else showBand(job, band, pixels, answer.cost);
+  while (jobs.length && jobs[0].left === 0) finish(jobs.shift());
+}
+
+// What a band took, and what it counted.
+function noteBand(job, { band, cost, work: done, built, posing, rendering }) {
+  const { width, height, samples } = job, n = band.rows * width;
+  msPerSample += 0.2 * (rendering / n / samples - msPerSample);
   for (let i = Math.ceil((64 * band.y) / height); i < (64 * (band.y + band.rows)) / height; i++)
-    work[i] += 0.5 * (rendering / n / msPerSample - work[i]);
+    work[i] += 0.5 * (rendering / n / samples / msPerSample - work[i]);
   if (built) job.built = true; // which is no measure of what fits into a frame
   else if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
-  if (cost) job.cost.set(cost, first);
+  if (cost) job.cost.set(cost, band.y * width);
   job.spent += rendering;
   if (done) job.work = job.work.map((x, i) => x + done[i]);
+}
+
+function showBand(job, band, pixels, cost) {
+  const { width, pass, image } = job, first = band.y * width, n = band.rows * width;
   if (pass < 0) encode(image, band.y, pixels, 0, n, 1);
   else {
     for (let i = 0, at = 3 * first, from = 0; i < n; i++, at += 3, from += 3) {
@@ -352,7 +408,6 @@ function takeBand(job, { band, pixels, cost, work: done, built, posing, renderin
     pen.putImageData(image, 0, 0, 0, band.y, width, band.rows);
   }
   job.left--;
-  while (jobs.length && jobs[0].left === 0) finish(jobs.shift());
 }
 
 // A picture is whole: shows it, if that has not been done band by band.
@@ -370,17 +425,17 @@ function finish(done) {
   if (done.pass >= 0) {
     passes++;
     report = passes > 1 ? estimate(done.width, done.height) : null;
-  } else if (!done.built) adapt(PREVIEW_MS / (now - alone));
+  } else if (!done.built) adapt(PREVIEW_MS / (now - alone), done.halves ? LEAST_FILTERED : LEAST_PIXELS);
   layOver(done);
   showFigures(done);
   if (done.pass >= 0) noteWay(done);
 }
 
 // As many pixels as fit; a size that is about right stays, else it would never be at rest.
-function adapt(factor) {
+function adapt(factor, least) {
   const [width, height] = size();
   if (factor < 0.8 || factor > 1.2)
-    previewPixels = Math.max(256, Math.min(width * height, previewPixels * Math.max(0.25, Math.min(2, factor))));
+    previewPixels = Math.max(least, Math.min(width * height, previewPixels * Math.max(0.25, Math.min(2, factor))));
 }
 
 // Draws an image as large as the canvas.
@@ -534,7 +589,7 @@ function showFigures(done) {
   const refining = done.pass >= 0;
   show("rate-name", refining ? "Passes per second" : "Frames per second");
   show("rate", (1000 / frameMs).toFixed(1));
-  show("samples", refining ? passes * SAMPLES : 1);
+  show("samples", refining ? passes * SAMPLES : done.samples);
   show("rmse", report ? report.rmse.toPrecision(2) : "-");
   show("relative", report ? `${(100 * report.relative).toPrecision(2)}%` : "-");
   show("carried", report ? `${Math.round(report.carried).toLocaleString("en")} pixels` : "-");
@@ -661,7 +716,7 @@ function fit() {
   const frame = picture.parentElement.style;
   frame.aspectRatio = `${width} / ${height}`;
   frame.setProperty("--ratio", width / height);
-  frame.maxWidth = `min(${2.5 * width}px, ${(76 * width) / height}vh)`;
+  frame.maxWidth = `min(${2.5 * width}px, var(--most-height) * ${width / height})`;
   overlay.hidden = byId("legend").hidden = true;
 }
 
@@ -735,6 +790,7 @@ const keys = {
   t: () => next("path"),
   w: () => pick(...size().map((of) => Math.floor(of / 2))),
   c: () => next("over"),
+  n: () => control.filter.click(),
   " ": () => control.animate.click(),
   "+": () => step("aperture", 0.01, true),
   "=": () => step("aperture", 0.01, true), // the same key without shift
@@ -818,6 +874,7 @@ byId("controls").addEventListener("change", ({ target }) => {
   labelledAt = 0;
   if (target === control.steps && target.value !== "some") setSteps(stepsOf(target.value));
   if (stepBoxes.includes(target)) setSteps(steps());
+  if (target === control.filter) show("filter-said", "");
   if (target === control.animate) ticked = performance.now();
   if (target === control.workers) {
     setWorkers(number("workers"));

@@ -36,6 +36,25 @@ for (const tab of tabs) {
   });
 }
 
+// Where there is no room beside the picture, panels are shown one at a time, by a row of buttons.
+const panelButtons = [...document.querySelectorAll(".panels button")];
+function openPanel(button, opened) {
+  for (const other of button.parentElement.children) {
+    const open = opened && other === button;
+    other.setAttribute("aria-expanded", open);
+    byId(other.getAttribute("aria-controls")).classList.toggle("opened", open);
+  }
+}
+for (const button of panelButtons)
+  button.addEventListener("click", () => openPanel(button, button.getAttribute("aria-expanded") !== "true"));
+document.addEventListener("keydown", (event) => {
+  const button = panelButtons.find((one) => one.getAttribute("aria-expanded") === "true" && one.offsetParent);
+  const panel = button && byId(button.getAttribute("aria-controls"));
+  if (event.key !== "Escape" || !panel || !(panel.contains(event.target) || event.target === button)) return;
+  openPanel(button, false);
+  button.focus();
+});
+
 // The address is of one tab; that of the first has no name in it, or none.
 addEventListener("hashchange", () => {
   const named = isWalk() ? "walk" : "look";

@@ -68,7 +68,10 @@ static void walk_list_add(walk_list *l, const void *thing, size_t bytes) {
   const size_t at = l->words ? l->words : 1, words = bytes / 4;
   if (at + words > l->room) {
     uint32_t *more = (uint32_t *)realloc(l->word, (l->room = 2 * l->room + words + 256) * sizeof *more);
-    if (!more) ex_fail("out of memory"), exit(1);
+    if (!more) {
+      ex_fail("out of memory");
+      exit(1);
+    }
     l->word = more;
   }
   if (bytes) memcpy(l->word + at, thing, bytes);
@@ -178,8 +181,10 @@ static walk_world *walk_world_of(uint32_t scene) {
   mesh.positions = w->scene.position[0].at, mesh.vertex_count = w->scene.vertices;
   mesh.indices = w->scene.corner[0], mesh.triangle_count = w->scene.triangles;
   pktrt_scene *const library = pktrt_scene_create(&desc);
-  if (!library || pktrt_add_mesh(library, &mesh, NULL) || pktrt_commit(library))
-    ex_fail("%s", pktrt_last_error(library)), exit(1);
+  if (!library || pktrt_add_mesh(library, &mesh, NULL) || pktrt_commit(library)) {
+    ex_fail("%s", pktrt_last_error(library));
+    exit(1);
+  }
   w->library = library;
   if (!walk_number(w)) {
     ex_fail("out of memory");

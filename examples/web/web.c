@@ -46,9 +46,15 @@ void web_light(float at[3]) {
   }
 }
 
-static int fail(const char *sentence) {
+int web_fail(const char *sentence) {
   web.error = sentence;
   return 1;
+}
+
+void web_features(float *depth, float *normal, float *albedo) {
+  web.view.depth = depth;
+  web.view.normal = normal;
+  web.view.albedo = albedo;
 }
 
 /* Tells what went wrong last. */
@@ -69,10 +75,10 @@ static int build(double time, double shutter) {
   desc.isa = web.isa;
   pktrt_scene_destroy(web.world);
   web.world = pktrt_scene_create(&desc);
-  if (!web.world) return fail(pktrt_last_error(NULL));
+  if (!web.world) return web_fail(pktrt_last_error(NULL));
   const pktrt_status status = scene_add_at(web.world, &web.built_in, time, shutter);
-  if (status == PKTRT_OUT_OF_MEMORY) return fail("not enough memory for the scene");
-  if (status != PKTRT_OK || pktrt_commit(web.world) != PKTRT_OK) return fail(pktrt_last_error(web.world));
+  if (status == PKTRT_OUT_OF_MEMORY) return web_fail("not enough memory for the scene");
+  if (status != PKTRT_OK || pktrt_commit(web.world) != PKTRT_OK) return web_fail(pktrt_last_error(web.world));
   web.time = time, web.shutter = shutter;
   return 0;
 }
@@ -83,7 +89,7 @@ WEB_EXPORT int web_open(unsigned number, double light_size) {
   web.world = NULL;
   web.from_file = false;
   scene_free(&web.built_in);
-  if (!scene_make(web_scene_name(number), &web.built_in)) return fail("no such scene, or not enough memory for it");
+  if (!scene_make(web_scene_name(number), &web.built_in)) return web_fail("no such scene, or not enough memory for it");
   if (light_size > 0) scene_resize_lights(&web.built_in, light_size);
   web.view.camera = web.built_in.camera;
   memcpy(web.view.background, web.built_in.background, sizeof web.view.background);
@@ -98,7 +104,7 @@ WEB_EXPORT int web_open_model(double light_size) {
   pktrt_render_desc view = web.view;
   double triangles = 0;
   pktrt_scene *const made = web_model_scene(light_size > 0 ? light_size : 1, &view, &triangles);
-  if (!made) return fail("there is not enough memory for the model");
+  if (!made) return web_fail("there is not enough memory for the model");
   pktrt_scene_destroy(web.world);
   scene_free(&web.built_in);
   web.world = made;
@@ -113,12 +119,13 @@ WEB_EXPORT int web_open_model(double light_size) {
 /* Lets things move to where they are at `time`, a part of the animation, by a refit. While the shutter is open, for a part
    of the animation too, what moves has two keys: opening and shutting it builds everything anew. */
 WEB_EXPORT int web_pose(double time, double shutter) {
-  if (!web.world) return fail("there is no scene");
+  if (!web.world) return web_fail("there is no scene");
   if (web.from_file) return 0;
   if ((shutter > 0) != (web.shutter > 0)) return build(time, shutter);
   if (time == web.time && shutter == web.shutter) return 0;
-  if (scene_pose(web.world, &web.built_in, time, shutter) != PKTRT_OK) return fail("not enough memory for the pose");
-  if (pktrt_refit(web.world) != PKTRT_OK) return fail(pktrt_last_error(web.world));
+  if (scene_pose(web.world, &web.built_in, time, shutter) != PKTRT_OK)
+    return web_fail("not enough memory for the pose");
+  if (pktrt_refit(web.world) != PKTRT_OK) return web_fail(pktrt_last_error(web.world));
   web.time = time, web.shutter = shutter;
   return 0;
 }
@@ -132,7 +139,7 @@ WEB_EXPORT int web_resize(unsigned width, unsigned height) {
   web.view.pixels = (float *)calloc(n * 3, sizeof(float));
   web.cost = (float *)calloc(n, sizeof(float));
   web.view.width = width, web.view.height = height;
-  return web.view.pixels && web.cost ? 0 : fail("not enough memory for the picture");
+  return web.view.pixels && web.cost ? 0 : web_fail("not enough memory for the picture");
 }
 
 /* Looks from the eye to the target. Diameter of the lens, and the distance that is sharp (0: the target's). */
@@ -167,7 +174,7 @@ WEB_EXPORT void web_path(unsigned path, unsigned steps, unsigned counted) {
    worker sees all of a picture. */
 WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsigned pass) {
   pktrt_render_desc view = web.view;
-  if (!web.world || !view.pixels) return fail("there is no scene or no picture");
+  if (!web.world || !view.pixels) return web_fail("there is no scene or no picture");
   view.camera.time = 0; /* the shutter is open from the first key to the last */
   view.camera.shutter = web.shutter > 0 ? 1 : 0;
   view.samples = samples;
@@ -175,7 +182,7 @@ WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsi
   view.seed = pass * 0x9E3779B9u;
   return pktrt_render_tile(web.world, &view, 0, y, view.width, rows) == PKTRT_OK
              ? 0
-             : fail("the picture could not be rendered: a setting is out of range, or memory is lacking");
+             : web_fail("the picture could not be rendered: a setting is out of range, or memory is lacking");
 }
 
 /* Three linear floats for each pixel, row 0 at the top. Resizing moves them, and so may growth of the memory. */

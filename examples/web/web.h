@@ -21,6 +21,11 @@ const pktrt_render_desc *web_view(void);
 void web_light(float at[3]);
 void web_use_isa(pktrt_isa isa);
 
+/* web.c, for web_filter.c: buffers of the next bands, as pktrt_render_desc has them, NULL for none; and keeps a sentence
+   for web_error, and returns 1. */
+void web_features(float *depth, float *normal, float *albedo);
+int web_fail(const char *sentence);
+
 /* web_file.c: a scene of the model that waits there, how it is looked at, and how many triangles it has, the floor apart.
    The model waits no more, whatever comes of it. NULL: there is not enough memory, or no model. */
 pktrt_scene *web_model_scene(double light_size, pktrt_render_desc *view, double *triangles);
@@ -37,6 +42,10 @@ WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double targ
 WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost, double attenuation);
 WEB_EXPORT void web_path(unsigned path, unsigned steps, unsigned counted);
 WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsigned pass);
+WEB_EXPORT float *web_filter_room(unsigned pixels);
+WEB_EXPORT unsigned web_filter_margin(void);
+WEB_EXPORT int web_render_halves(unsigned y, unsigned rows);
+WEB_EXPORT int web_filter_rows(unsigned width, unsigned rows, unsigned y, unsigned count);
 WEB_EXPORT const float *web_first_camera(void);
 WEB_EXPORT const float *web_pixels(void);
 WEB_EXPORT const float *web_cost(void);

@@ -328,17 +328,31 @@ async function filterSpeed() {
   }
 }
 
-// On a phone the controls of both tabs are in panels.
+// Clicks a control of the first tab, whose panel may have to be opened before.
+async function clickIn(page, control) {
+  await page.$eval(control, (it) =>
+    document.querySelector(`.panels [aria-controls="${it.closest("#controls > *").id}"][aria-expanded="false"]`)?.click());
+  await page.click(control);
+}
+
+// On a phone the controls of both tabs are in panels, and those of the first tab beside the picture, too.
 async function panels() {
-  console.log("panels, 390 x 844");
-  for (const [hash, section, count] of [["#mode=rcs&size=256x256", "look", 6], ["#walk?view=3d&event=40", "walk", 4]]) {
-    const page = await open(hash, { width: 390, height: 844, touch: true });
+  const phone = { width: 390, height: 844, touch: true }, desk = { width: 1280, height: 800, touch: true };
+  const look = ["#mode=rcs&size=256x256", "look", 6], walk = ["#walk?view=3d&event=40", "walk", 4];
+  for (const [size, [hash, section, count]] of [[phone, look], [phone, walk], [desk, look]]) {
+    console.log(`panels, ${size.width} x ${size.height}`);
+    const page = await open(hash, size);
     await (section === "walk" ? eventShown(page, "40") : firstPicture(page));
     const seen = () => page.$$eval(`#${section} :is(.panels, #controls, .walk-stage, .walk-side) :is(button, input, select, summary)`, (all) =>
       all.filter((it) => it.checkVisibility()).map((it) => [it.id || it.name || it.textContent || it.value, it.getBoundingClientRect()])
         .map(([name, { top, bottom }]) => [name, top >= 0 && bottom <= innerHeight]));
     const below = async () => (await seen()).filter(([, inside]) => !inside).map(([name]) => name);
-    const closed = (await seen()).length, buttons = await page.$$(`#${section} .panels button`);
+    const buttons = await page.$$(`#${section} .panels button`);
+    if (size === desk) {
+      check(`${section}: beside the picture its first panel is open`, await buttons[0].evaluate((it) => it.ariaExpanded) === "true");
+      await buttons[0].tap();
+    }
+    const closed = (await seen()).length;
     check(`${section}: it has a row of buttons`, buttons.length === count && (await below()).length === 0, (await below()).join(", "));
     for (const button of buttons) {
       await button.tap();
@@ -346,7 +360,7 @@ async function panels() {
       const shown = await page.$$eval(`#${section} .opened`, (all) => all.map((it) => it.id));
       check(`${section}: ${name} opens its panel, and no control is below the fold`, shown.join() === await button.evaluate((it) =>
         it.getAttribute("aria-controls")) && out.length === 0 && await button.evaluate((it) => it.ariaExpanded) === "true", out.join(", "));
-      await page.screenshot({ path: `out/web-panel-${section}-${name.toLowerCase()}.png` });
+      await page.screenshot({ path: `out/web-panel-${section}-${size.width}-${name.toLowerCase()}.png` });
       check(`${section}: nothing is wider than the screen`, !await tooWide(page));
     }
     await buttons[0].tap();
@@ -732,7 +746,7 @@ async function fullscreen() {
     height < down + 2 && (!ratio || Math.abs(width / height - ratio) < 0.02) && Math.abs(2 * x + width - across) < 3 && Math.abs(2 * y + height - down) < 3;
   const within = (full) => page.waitForFunction((it) => Boolean(document.fullscreenElement) === it, { timeout: 20000 }, full).then(() => true, () => false);
   check("control: at first the picture does not fill the screen", !fills(await sizes("#picture"), 4 / 3));
-  await page.click("#fullscreen");
+  await clickIn(page, "#fullscreen");
   check("the button fills the screen with the picture", await within(true) && await page.waitForFunction(() => document.fullscreenElement &&
     document.getElementById("picture").getBoundingClientRect().height > 0.9 * innerHeight, { timeout: 20000 }).then(() => true, () => false) &&
     fills(await sizes("#picture"), 4 / 3), `${await sizes("#picture")}`);
@@ -1008,7 +1022,7 @@ async function speed() {
   await firstPicture(page);
   await orbiting(page, 2); // until it knows how many pixels fit
   console.log(`          as many pixels as fit: ${told(await orbiting(page, 2))}`);
-  await page.click("#full");
+  await clickIn(page, "#full");
   let all = true;
   await checkTime(`${FRAMES_PER_SECOND} frames a second of 256 x 256`, async () => {
     await orbiting(page, 0.5);
@@ -1017,7 +1031,7 @@ async function speed() {
     return one;
   }, (one) => one.frames >= FRAMES_PER_SECOND, told);
   check("these had all pixels", all);
-  await page.click("#faint");
+  await clickIn(page, "#faint");
   console.log(`          faint rays left out: ${told(await orbiting(page, 2))}`);
   check("the page shows a figure", Number(await text(page, "#rate")) > 1, await text(page, "#rate"));
   await page.close();

@@ -36,7 +36,7 @@ for (const tab of tabs) {
   });
 }
 
-// Where there is no room beside the picture, panels are shown one at a time, by a row of buttons.
+// Where there is no room for all panels, they are shown one at a time, by a row of buttons.
 const panelButtons = [...document.querySelectorAll(".panels button")];
 function openPanel(button, opened) {
   for (const other of button.parentElement.children) {
@@ -45,6 +45,7 @@ function openPanel(button, opened) {
     byId(other.getAttribute("aria-controls")).classList.toggle("opened", open);
   }
 }
+if (matchMedia("(min-width: 56rem)").matches) openPanel(panelButtons[0], true); // beside the picture one is open from the start
 for (const button of panelButtons)
   button.addEventListener("click", () => openPanel(button, button.getAttribute("aria-expanded") !== "true"));
 document.addEventListener("keydown", (event) => {

@@ -321,7 +321,7 @@ static const claim claims[] = {{"table 1, conference, 8x8: packets against singl
         "poolhall", 0},
     {"table 2, rtrt: the rate of DRT is some 30% below that of WRT", 0.6, 0.9, false, false, mode_ratio, "rtrt",
         PKTRT_MODE_DRT},
-    {UNLIKE "table 2, conference: the rate of DRT is near that of WRT, not half of it", 0.7, 1.05, false, false,
+    {UNLIKE "table 2, conference: the rate of DRT is three quarters of that of WRT, not half", 0.6, 0.95, false, false,
         mode_ratio, "conference", PKTRT_MODE_DRT},
     {UNLIKE "table 2, pool hall: the rate of DRT is below that of WRT, not 1.48 of it", 0.5, 1, false, false,
         mode_ratio, "poolhall", PKTRT_MODE_DRT},

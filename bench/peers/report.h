@@ -326,7 +326,7 @@ static void say_value(const report *to, const line *l, const verdict *v) {
 /* The mean of a line of ratios as a row, for plots. */
 static void add_mean(report *to, const line *l, const judge *by, group scenes, const verdict *v) {
   if (!v->measured || l->kinds == 0 || l->how != MEAN) return;
-  const char *what = l->kinds == CLOSEST ? "closest" : l->kinds == OCCLUSION ? "occlusion" : NULL;
+  const char *what = l->kinds == CLOSEST ? "closest" : l->kinds == OCCLUSION ? "occlusion" : "all";
   for (int k = 0; k < KINDS; k++)
     if (l->kinds == BIT(k)) what = kind_names[k];
   const goal g = goal_of(l, by);

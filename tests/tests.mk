@@ -125,7 +125,7 @@ sanitize-threads:
 
 # The cases of tests/stability_*.c as long as they get; their figures go to $(RESULTS). Elsewhere: a tenth on ARM, emulated, a
 # hundredth under sanitizers. Most of the time is that of the scalar kernels, hence the flag.
-#: stability         tests the extremes at length, in half an hour; figures go to out/results
+#: stability         tests the extremes at length, in hours; figures go to out/results
 #: stability-neon    tests a tenth of them on ARM, emulated; stability-sanitize a hundredth under ASan
 stability: | $(RESULTS)
 	$(BUILD) B=build/stability CFLAGS="$(CFLAGS) -DPK_INLINE_SCALAR" build/stability/test

@@ -157,7 +157,7 @@ function table_pictures(    f, sum, spp, depth, seconds) {
   printf "\nAll nine: %.0f s. ", sum
 }
 
-function figure_row(what, command, name, figure) { print "| " what " | " command " | " measured(name) " | " figure " |" }
+function figure_row(what, command, name, text) { print "| " what " | " command " | " measured(name) " | " text " |" }
 function millions(n) {
   if (n < 1e6) return sprintf("%d", n)
   return sprintf(n < 2e7 ? "%.1f million" : "%.0f million", n / 1e6)
@@ -165,7 +165,7 @@ function millions(n) {
 
 function rows_of_pictures(    f, one, two) {
   while (next_row("pictures", f)) if (f["counted"] == 0) { if (f["threads"] == 1) one = f["seconds"]; else two = f["seconds"] }
-  figure_row("pool hall, ray casting, one thread and two", "`build/render --scene poolhall --no-count --threads 1`, `... 2`",
+  figure_row("pool hall, ray casting, one thread and two", "`build/render --scene poolhall --spp 1 --no-count --threads 1`, `... 2`",
     "pictures", sprintf("%.2f s, %.2f s (best of three)", one, two))
 }
 function rows_of_tests(    f) {
@@ -384,6 +384,7 @@ function is_of(name, f,    i, part, value, differs) {
   for (i = 1; i <= conditions[name]; i++) {
     differs = condition[name, i] ~ /!=/
     split(condition[name, i], part, /!?=/)
+    if (!(part[1] in f)) { fail(from[name] ".csv has no column " part[1] ", which " name " asks for"); return 0 }
     value = f[part[1]] ""
     gsub(/ /, "_", value)
     if (differs == (index("," part[2] ",", "," value ",") > 0)) return 0
@@ -405,6 +406,7 @@ function take_figures(file,    f, i, name, x, part) {
       if (x > most[name]) most[name] = x
       sum[name] += x
       if (x > 0) logs[name] += log(x)
+      else if (how[name] == "mean") fail(name " is a geometric mean of what is not above 0")
     }
 }
 # The figure as it stands in the text.

@@ -183,11 +183,11 @@ function rows_of_stability(    f, n, found, tried, caught, at, ulps, uv) {
     else if (f["value"] > ulps) ulps = f["value"]
   }
   at = "watertight leaks"
-  figure_row("rays aimed at vertices and edges of closed meshes", "`make stability`", "stability",
+  figure_row("rays aimed at vertices and edges of closed meshes", "`" origin("stability", "command") "`", "stability",
     sprintf("%s rays, %d leak; Moeller-Trumbore, on a part of them: 1 in %.0f", millions(n[at]), found[at],
       tried[at] / caught[at]))
   figure_row("distance of hits from the exact point, 99.9% of well-conditioned rays",
-    "`make stability`", "stability", sprintf("within %.1f ulps of the largest coordinate; u and v: %.1f", ulps, uv))
+    "`" origin("stability", "command") "`", "stability", sprintf("within %.1f ulps of the largest coordinate; u and v: %.1f", ulps, uv))
 }
 function rows_of_points(    f, worst, over, at) {
   while (next_row("error_slopes", f)) {

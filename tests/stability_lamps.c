@@ -529,9 +529,8 @@ static void lamp_job(void *arg, size_t lamp) {
   }
   count_figure(part, lamps[lamp].name, PKTRT_ISA_AUTO, sums.compared, wrong, sums.beyond);
   if (!lamps[lamp].visible) return;
-  control_figure(part, lamps[lamp].name, wrong, "lobes see lights that they have asked", sums.compared, sums.twice);
-  control_figure(
-      part, lamps[lamp].name, wrong, "and never do, with shadows that glass stops", sums.compared, sums.never);
+  control_figure(part, lamps[lamp].name, wrong, "lobes meet asked lights", sums.compared, sums.twice);
+  control_figure(part, lamps[lamp].name, wrong, "lobes meet no lights", sums.compared, sums.never);
 }
 
 static void lights_behind_glass(void) { jobs_for(COUNT(lamps), lamp_job, NULL); }

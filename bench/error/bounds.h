@@ -153,23 +153,28 @@ static void write_program(FILE *file, const model *f, unsigned dimensions, int m
 /* The least variance of n = 2^most points; NAN if glpsol is not there or fails. Digits beyond the first `most` are left
    to the point itself, which can only lower it. */
 static double least_variance(const bench *b, const model *f, unsigned dimensions, int most) {
-  char path[4096], command[8300], line[256];
+  const char *folder = b->given.results ? b->given.results : ".";
+  char path[4096], answer[4096], command[8300], line[256];
   const double n = ldexp(1, most);
   double least = NAN;
   bool solved = false;
-  snprintf(path, sizeof path, "%s/error_bounds.lp", b->given.results ? b->given.results : ".");
-  snprintf(command, sizeof command, "glpsol --lp '%s' -o /dev/stdout 2>&1", path);
+  snprintf(path, sizeof path, "%s/error_bounds.lp", folder);
+  snprintf(answer, sizeof answer, "%s/error_bounds.txt", folder);
+  /* To a file of its own: glpsol removes what it is told to write, and would remove /dev/stdout, too. */
+  snprintf(command, sizeof command, "glpsol --lp '%.4000s' -o '%.4000s' >/dev/null 2>&1", path, answer);
   FILE *file = fopen(path, "w");
   if (!file) fatal("a linear program cannot be written");
   write_program(file, f, dimensions, most, n);
   if (fclose(file)) fatal("a linear program cannot be written");
-  FILE *answer_file = popen(command, "r");
+  FILE *answer_file = system(command) == 0 ? fopen(answer, "r") : NULL;
   while (answer_file && fgets(line, sizeof line, answer_file)) {
     solved = solved || !strncmp(line, "Status:     OPTIMAL", 19);
     if (!strncmp(line, "Objective:", 10) && strchr(line, '=')) least = strtod(strchr(line, '=') + 1, NULL);
   }
-  if (!answer_file || pclose(answer_file) || !solved) least = NAN;
+  if (answer_file) fclose(answer_file);
+  if (!solved) least = NAN;
   remove(path);
+  remove(answer);
   return (least + pow(f->itself, dimensions) - pow(f->mean2, dimensions)) / n;
 }
 

@@ -16,11 +16,11 @@
        which may no longer be active. The parent's depth is one less than the child's.
      - ALL_MISS: besides, the other groups of the parent's range.
      - LATER_HIT, if the ray is in another group than the first active ray: besides, the groups in between, and the group of
-       the ray. Then the end of the range is looked for: the groups from the end of the parent's range backwards, until one
-       has a ray that enters, but not the group of the ray again. `active` of the event tells the new end of the range,
-       which is the end of a group or of the packet.
-     - LEAF_TEST: the group of its ray, from a range that begins with the ray of LEAF. But the group of that ray has been
-       tested before, and is not tested again.
+       the ray. Then the end of the range is looked for: the groups from the end of the parent's range backwards, up to
+       the one that has a ray that enters, but not the group of the ray again. `active` of this event counts the rays from
+       `ray` to the new end of the range, which is the end of a group or of the packet.
+     - LEAF_TEST: the group of its ray, from a range that begins with the ray of LEAF. But the group of the ray of LEAF has
+       been tested before, and is not tested again.
      - NONE_LEFT, TRIM, LEAF, HIT, NODE: no test. */
 account account_of(const pktrt_event *event, size_t events, uint32_t rays, bool shadow) {
   const account nothing = {0, 0, 0, 0}; /* write here */
@@ -35,7 +35,7 @@ account account_of(const pktrt_event *event, size_t events, uint32_t rays, bool 
 
    alone      alone[k] is the sum of the accounts of all rays of packet k, traced one by one
    packet     packet[k] is the account of packet k
-   node_cost  what a node costs to open, in vector tests of boxes; nothing else costs */
+   node_cost  what a node costs to open; a vector test of boxes costs 1, and nothing else costs */
 account_split account_predict(const account *alone, const account *packet, size_t packets, double node_cost) {
   const account_split nothing = {0, 0, 0, 0}; /* write here */
   (void)alone;

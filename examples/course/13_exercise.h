@@ -12,7 +12,7 @@ typedef struct hull_packet {
   int axis;               /* the main axis: the largest component of each direction in size */
   float sign;             /* of the directions on the main axis: 1 or -1 */
   course_box scene;       /* no box reaches out of it; rays may start or end outside */
-  float pad;              /* of chapter 3, the largest of the rays: boxes are widened by it, in floats by 16 e rho more */
+  float pad; /* of chapter 3, the largest of the rays: boxes are widened by it, in floats by 16 e rho more */
 } hull_packet;
 
 /* Yours: the file of the answer defines `struct hull`. */

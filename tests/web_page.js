@@ -53,9 +53,11 @@ function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps
 // --- pages ---
 
 // In the page, before its scripts: notes what is asked of workers and what they answer. `frames` counts whole previews; `picture`
-// is the latest first pass, `preview` the latest preview, `sums` what the canvas must show.
+// is the latest first pass, `preview` the latest preview, `sums` what the canvas must show. With `hold` what workers say of scenes
+// that they have opened waits in `held`: [who, what it says], the first worker being 0.
 function record() {
-  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null, costs: null };
+  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null, costs: null,
+    opened: 0, hold: false, held: [] };
   const asked = new Map(), halved = new Map(); // halves of previews that are to be filtered, by their number
   let job = { id: 0 };
   function answered({ id, band, pixels, halves, cost }) {
@@ -95,10 +97,24 @@ function record() {
     if (!pass) noted.frames++, noted.pixels += width * height, noted.preview = job;
     else if (settings.pass === 0) noted.picture = job;
   }
+  const threads = [];
+  noted.letGo = () => {
+    const [who, data] = noted.held.shift();
+    threads[who].dispatchEvent(new MessageEvent("message", { data }));
+  };
   window.Worker = class extends Worker {
     constructor(...of) {
       super(...of);
-      this.addEventListener("message", ({ data }) => data.band && answered(data));
+      const who = threads.push(this) - 1;
+      this.addEventListener("message", (event) => {
+        const { data } = event;
+        if (data.band) answered(data);
+        if (!data.opened || !event.isTrusted) return;
+        noted.opened++;
+        if (!noted.hold) return;
+        event.stopImmediatePropagation();
+        noted.held.push([who, data]);
+      });
     }
     postMessage(message, ...more) {
       if (message.band) asked.set(`${message.id} ${message.band.y}`, message.band), noted.last = message.id;
@@ -691,6 +707,38 @@ async function tour() {
   await page.close();
 }
 
+// A second worker opens a scene while the first has its picture, and is done when another scene is looked at.
+async function late() {
+  console.log("a worker that is late");
+  const page = await open("#mode=rcs&size=256x256&workers=2");
+  await firstPicture(page);
+  if (await page.$eval("#workers", (it) => it.value) !== "2") {
+    console.log("          this machine has one worker, which is never late");
+    return page.close();
+  }
+  await page.waitForFunction(() => noted.opened === 2, { timeout: 60000, polling: 50 });
+  const heldIs = (who) => page.waitForFunction((of) => `${noted.held.map((it) => it[0])}` === of, { timeout: 60000, polling: 50 }, who);
+  const letGo = () => page.evaluate(() => noted.letGo());
+  await page.evaluate(() => { noted.hold = true; });
+  await pictureAfter(page, async () => {
+    await page.select("#scene", "rtrt");
+    await heldIs("0");
+    await letGo();
+  });
+  await heldIs("1");
+  await page.select("#scene", "conference");
+  await heldIs("1,0");
+  check("control: they tell of two scenes", await page.evaluate(() => `${noted.held[0][1].camera}` !== `${noted.held[1][1].camera}`));
+  const seen = await pictureAfter(page, async () => {
+    await letGo();
+    await letGo();
+  });
+  const alone = await open("#scene=conference&mode=rcs&size=256x256");
+  check("the scene that is wanted is seen as it is at first", seen.checksum === (await firstPicture(alone)).checksum);
+  await alone.close();
+  await page.close();
+}
+
 // What is seen is in the address, and the browser's button goes back.
 async function addresses() {
   console.log("addresses");
@@ -1066,7 +1114,7 @@ async function main() {
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
     if (only.includes("gallery")) await gallery();
-    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
+    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, late, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

@@ -137,15 +137,14 @@ function take(one, answer) {
     one.scene = one.before;
     if (one === workers[0]) giveBack(one.cannot, answer.failed);
   }
-  if (answer.opened) takeScene(answer);
+  if (answer.opened && one.scene === wanted()) takeScene(answer); // it may have taken long, and another is wanted by now
   const job = answer.band && jobs.find((one) => one.id === answer.id);
   if (job) takeBand(job, answer);
   feed();
 }
 
-// A worker that was the last to hear of a scene may tell of one that is no longer wanted.
 function takeScene({ camera: told, triangles }) {
-  if (cameraScene === wantedScene() || workers[0].scene !== wanted()) return;
+  if (cameraScene === wantedScene()) return; // another worker has told of it
   const keep = address; // what it says counts once
   address = new Map();
   kept = null;

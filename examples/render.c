@@ -110,7 +110,7 @@ static void print_help_error(void) {
       "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
       "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
       "                   (one is always made, adaptively two)\n"
-      "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then. Without "
+      "  --adaptive       give passes to cells of 8 pixels by the error around them; --passes is a mean then. Without "
       "rules,\n"
       "                   --spp is a mean, made in 4 passes\n"
       "  --error-map FILE the error of each pixel; .pfm: in units of radiance, or of white where the measure is\n"

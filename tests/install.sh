@@ -182,10 +182,10 @@ target_link_libraries(program PRIVATE pktrt::pktrt)
 CMAKE
   attempt "control: without SOURCE_SUBDIR there is no such target" mentions "pktrt::pktrt" configure "fetched badly"
 
-  # find_package, of what has been installed and moved.
+  # find_package, as the manual has it, of what has been installed and moved.
   attempt "what is installed names no folder" has_no_folder_in_it
   project_of found "C CXX" <<CMAKE
-find_package(pktrt $((version / 10000)).$((version / 100 % 100)) REQUIRED)
+$(grep -o 'find_package(pktrt [0-9.]* REQUIRED)' examples/manual.md)
 add_executable(program main.cpp)
 target_link_libraries(program PRIVATE pktrt::pktrt)
 add_executable(user user.c)

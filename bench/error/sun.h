@@ -31,6 +31,9 @@ static void sun_sky(void *user, uint32_t n, const float *const direction[3], flo
   }
 }
 
+/* So small a sun is found if the pixels of the sky are known. */
+static bool sun_has_pixels(double angle) { return angle < 0.08; }
+
 /* Opens the scene with a sun of that half-angle. *g must stay where it is. */
 static void sun_open(stage *g, sun_form form, double angle) {
   const double sine = sc_sin(angle), far_away = 1e5, irradiance = 3;
@@ -66,7 +69,7 @@ static void sun_open(stage *g, sun_form form, double angle) {
     set3(l.intensity, 1, 1, 1);
     g->view.environment = sun_sky;
     g->view.user = s;
-    if (angle < 0.08) { /* so small a sun is found if the pixels of the sky are known */
+    if (sun_has_pixels(angle)) {
       g->view.environment_width = SUN_SKY;
       g->view.environment_height = SUN_SKY / 2;
     }
@@ -124,8 +127,8 @@ static void part_sun(bench *b) {
   static stage truth;
   csv(&b->out, "half_angle,form,samples,rmse,ratio,low,high,seconds\n");
   say(&b->out,
-      "%d x %d pixels, %d samples, %d seeds, one thread; the time has that of the table, but of suns below 0.2 "
-      "degrees, which were prepared:\n\n"
+      "%d x %d pixels, %d samples, %d seeds, one thread; times have that of making the table, but for suns below "
+      "0.2 degrees, whose sky was prepared before:\n\n"
       "| half-angle | form | RMSE | over the sphere's | time over the sphere's |\n|--:|---|--:|--:|--:|\n",
       (int)SUN_WIDTH, (int)SUN_HEIGHT, (int)SUN_SAMPLES, (int)SUN_SEEDS);
 
@@ -191,8 +194,9 @@ static void part_placements(bench *b) {
     double worst;
     const unsigned lost = lost_suns(sun_angles[k], PLACEMENTS, &worst);
     csv(&b->out, "%g,%d,%u,%.6g\n", sun_angles[k], (int)PLACEMENTS, lost, worst);
-    say(&b->out, "Half-angle %g degrees, not prepared, %d placements: %u lost; light is off by %.1f%% at most.\n\n",
-        sun_angles[k], (int)PLACEMENTS, lost, 100 * worst);
+    say(&b->out, "Half-angle %g degrees, not prepared%s, %d placements: %u lost; light is off by %.1f%% at most.\n\n",
+        sun_angles[k], sun_has_pixels(sun_angles[k]) ? ", of a sky whose pixels are told" : "", (int)PLACEMENTS, lost,
+        100 * worst);
   }
 }
 

@@ -154,8 +154,8 @@ int main(void) {
   }
   course_picture_write_double(&picture, "out/course/02_heat.png");
   if (!draw_tree(&t, "out/course/02_tree.svg")) return 1;
-  printf("02_bvh: %u triangles, %u nodes; a ray meets %.1f boxes and %.1f triangles\n", (unsigned)scene.triangles,
-      (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);
+  printf("02_bvh: %u triangles, %u nodes; a ray is tested against %.1f boxes and %.1f triangles\n",
+      (unsigned)scene.triangles, (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);
   course_tally_print(&tally);
   course_print_by_hit(boxes, triangle, RAYS);
   course_figure("triangles", "%u", (unsigned)scene.triangles);

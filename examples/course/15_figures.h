@@ -52,7 +52,9 @@ EX_UNUSED static void figures_scene(const char *title, const table_row rows[TABL
     snprintf(name, sizeof name, "%ux%u", (unsigned)table_edge[e], (unsigned)table_edge[e]);
     figures_line(name, &alone->all, &rows[e].all);
   }
-  printf("\n%s by kind of ray, 8x8: the same\n", title);
+  printf(
+      "\n%s by kind of ray, 8x8: rays; tests alone, in packets; lanes, fewer tests, product; nodes alone, per packet\n",
+      title);
   for (int type = 0; type < TABLE_TYPES; type++)
     figures_line(figures_kind[type], &alone->type[type], &packets->type[type]);
   printf("\n%s by bounce, 8x8: the same\n", title);

@@ -515,6 +515,11 @@ async function files() {
   await page.click("#tab-look");
   const again = await pictureAfter(page, () => page.select("#scene", "rtrt"));
   check("a scene of the page comes back, and the sentence goes", again.settings.time === 0 && await text(page, "#model-said") === "");
+  const shown = () => page.$eval("#scene", (it) => it.selectedOptions[0].text);
+  await pictureAfter(page, () => page.goBack());
+  check("back leads to the model", await shown() === "wedge.stl", await shown());
+  await pictureAfter(page, () => page.goForward());
+  check("forward to the scene after it", await shown() === "Figures (rtrt)", await shown());
   await checkLook(page, "the page with a model");
   check("nothing but the page's own scripts is asked for", asked.every((it) => /^GET \/(reader|files|worker|open|pktrt)\.js$/.test(it)),
     [...new Set(asked)].join(", "));
@@ -707,6 +712,45 @@ async function tour() {
   await page.close();
 }
 
+const heldIs = (page, who) => page.waitForFunction((of) => `${noted.held.map((it) => it[0])}` === of, { timeout: 60000, polling: 50 }, who);
+const letGo = (page) => page.evaluate(() => noted.letGo());
+
+// What is done while another scene is on its way, or at once before something else.
+async function hurry() {
+  console.log("what is done in a hurry");
+  const page = await open("#mode=rcs&size=256x256&workers=-3"), message = () => text(page, "#message"), hash = () => page.evaluate(() => location.hash);
+  check("a number of workers that there cannot be is none", await firstPicture(page).then(() => true, () => false), await message());
+  await page.waitForFunction(() => noted.opened > 0 && document.getElementById("message").textContent === "", { timeout: 60000 });
+  await page.evaluate(() => { noted.hold = true; });
+  await page.select("#scene", "conference");
+  await heldIs(page, "0");
+  check("while a scene is built, its name is said", await message() === "Building: Conference room", await message());
+  await page.mouse.click(...await middle(page, "#picture"));
+  check("a click on the picture of before leads to no walk", !/^#walk/.test(await hash()), await hash());
+  const before = await page.evaluate(() => noted.last);
+  await page.select("#scene", "poolhall");
+  check("of the scene that is there nothing is said any more", await message() === "", await message());
+  await letGo(page);
+  await heldIs(page, "0");
+  await letGo(page);
+  await page.waitForFunction((id) => noted.picture?.id > id, { timeout: 240000, polling: 50 }, before);
+  check("nor when its picture has come again", await message() === "", await message());
+  await page.evaluate(() => { noted.hold = false; });
+  await page.mouse.click(...await middle(page, "#picture"));
+  check("control: then a click leads to a walk", /^#walk/.test(await hash()), await hash());
+  await page.evaluate(() => history.back());
+  await page.waitForFunction(() => !document.getElementById("look").hidden, { timeout: 60000 });
+  const orbited = (then) => page.evaluate((id) => {
+    document.getElementById("picture").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+    document.getElementById(id).click();
+  }, then);
+  await orbited("tab-walk");
+  await page.evaluate(() => history.back());
+  await page.waitForFunction(() => !document.getElementById("look").hidden, { timeout: 60000 });
+  check("a view that is left at once stays in the address", /eye=/.test(await hash()), await hash());
+  await page.close();
+}
+
 // A second worker opens a scene while the first has its picture, and is done when another scene is looked at.
 async function late() {
   console.log("a worker that is late");
@@ -717,21 +761,19 @@ async function late() {
     return page.close();
   }
   await page.waitForFunction(() => noted.opened === 2, { timeout: 60000, polling: 50 });
-  const heldIs = (who) => page.waitForFunction((of) => `${noted.held.map((it) => it[0])}` === of, { timeout: 60000, polling: 50 }, who);
-  const letGo = () => page.evaluate(() => noted.letGo());
   await page.evaluate(() => { noted.hold = true; });
   await pictureAfter(page, async () => {
     await page.select("#scene", "rtrt");
-    await heldIs("0");
-    await letGo();
+    await heldIs(page, "0");
+    await letGo(page);
   });
-  await heldIs("1");
+  await heldIs(page, "1");
   await page.select("#scene", "conference");
-  await heldIs("1,0");
+  await heldIs(page, "1,0");
   check("control: they tell of two scenes", await page.evaluate(() => `${noted.held[0][1].camera}` !== `${noted.held[1][1].camera}`));
   const seen = await pictureAfter(page, async () => {
-    await letGo();
-    await letGo();
+    await letGo(page);
+    await letGo(page);
   });
   const alone = await open("#scene=conference&mode=rcs&size=256x256");
   check("the scene that is wanted is seen as it is at first", seen.checksum === (await firstPicture(alone)).checksum);
@@ -941,6 +983,14 @@ async function paths() {
   check("control: without its steps it does other work", !counts("paper: none 8 x 8"), told("paper: none 8 x 8"));
   check("smaller packets open more nodes", ways["paper: all 2 x 2"][2] > 3 * ways["paper: all 8 x 8"][2], told("paper: all 2 x 2"));
   check("the fast path counts rays alone", ways["fast 8 x 8"][1] === rays && !(ways["fast 8 x 8"][3] > 0), told("fast 8 x 8"));
+  const current = () => page.$$eval("#tried [aria-current]", (rows) => rows.length);
+  check("control: one way is marked as that of the picture", await current() === 1);
+  await pictureAfter(page, () => page.select("#over", "boxes"));
+  check("none is while costs are laid over it, which are not timed", await current() === 0);
+  await pictureAfter(page, () => page.select("#over", "none"));
+  await page.setViewport({ width: 1280, height: 800 });
+  const bottom = await page.$eval("#tried tbody tr:nth-child(2)", (row) => row.getBoundingClientRect().bottom + scrollY);
+  check("where ways are compared, two of them are in sight of the picture", bottom < 800, bottom);
   await page.focus("#picture");
   await pictureAfter(page, () => page.keyboard.press("ArrowLeft"));
   check("of another view the table begins anew", Object.keys(await waysTried(page)).length <= 1);
@@ -983,6 +1033,14 @@ async function costs() {
   check("pixels have the colours of these counts", good(place) > 0.9, `${(100 * good(place)).toFixed(1)}%`);
   check("control: not those of a linear scale", good((x) => x / most) < 0.5, `${(100 * good((x) => x / most)).toFixed(1)}%`);
   await page.screenshot({ path: "out/web-costs.png" });
+  const scale = async (of) => [number(await text(of, "#legend-least")), number(await text(of, "#legend-most"))].join(" to ");
+  const first = await scale(page);
+  await pictureAfter(page, () => page.select("#path", "single"));
+  check("of one picture all ways have one scale", await scale(page) === first, await scale(page));
+  const alone = await open("#scene=rtrt&mode=wrt&size=256x256&path=single&over=boxes");
+  await alone.waitForFunction(() => noted.costs?.samples >= 2 && !document.getElementById("legend").hidden, { timeout: 120000 });
+  check("control: this way alone has another", await scale(alone) !== first, await scale(alone));
+  await alone.close();
   await page.close();
 }
 
@@ -1114,7 +1172,7 @@ async function main() {
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
     if (only.includes("gallery")) await gallery();
-    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, late, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
+    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, late, hurry, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

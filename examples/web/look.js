@@ -27,7 +27,12 @@ const control = Object.fromEntries(
 const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
 const show = (id, text) => { byId(id).textContent = text; };
-const say = (text) => show("message", text);
+let building = false;   // the message says so
+const say = (text) => { show("message", text), building = false; };
+function sayBuilding() { // as long as there is no picture of what is wanted
+  if (seen !== wanted()) say(`Building: ${control.scene.selectedOptions[0].text}`), building = true;
+  else if (building) say("");
+}
 
 // --- camera ---
 
@@ -148,6 +153,7 @@ function takeScene({ camera: told, triangles }) {
   const keep = address; // what it says counts once
   address = new Map();
   kept = null;
+  tried = [], byId("tried").hidden = true;
   firstCamera = { eye: told.slice(0, 3), target: told.slice(3, 6), fov: told[6], aperture: told[7], focus: told[8] };
   cameraScene = wantedScene();
   lookFrom(keep);
@@ -162,7 +168,7 @@ const ADDRESSED = ["scene", "mode", "size", "path", "steps", "packet", "aperture
 let address = given;                               // what the next scene is to be seen like
 let written = isWalk() ? "" : location.hash;       // what stands there
 let addressed = {};                                // values of controls that need not be named
-let writing = 0;
+let writing = 0, waiting = null;                   // a timer, and what it is about to write, as far as that is known
 const valueOf = (id) => (control[id].type === "checkbox" ? String(Number(control[id].checked))
   : id === "steps" ? stepsText(steps()) : control[id].value);
 const pointText = (point) => point.map((x) => +Math.fround(x).toPrecision(9)).join();
@@ -182,9 +188,10 @@ function lookFrom(named) {
   Object.assign(addressed, { ownAperture: control.aperture.value, ownFocus: control.focus.value });
 }
 
-// Of a scene that is not there yet: seen as it is at first. A model is gone when the page is, and has none.
+// Of a scene that is not there yet: seen as it is at first. A model is gone when the page is: with another page the address
+// is that of the first scene.
 function addressNow() {
-  if (isModel()) return "";
+  if (isModel()) return "#scene=model";
   const there = camera && cameraScene === wantedScene(), own = { ...addressed, aperture: addressed.ownAperture, focus: addressed.ownFocus };
   const named = ADDRESSED.filter((id) => valueOf(id) !== own[id] && (there || !["aperture", "focus"].includes(id)))
     .map((id) => `${id}=${valueOf(id)}`);
@@ -198,8 +205,16 @@ function addressNow() {
 // Writes the address when nothing has changed for a while: browsers count such calls.
 function writeAddress() {
   clearTimeout(writing);
+  waiting = cameraScene === wantedScene() ? addressNow() : null;
   writing = setTimeout(() => writeNow("replaceState"), 300);
 }
+function writeWaiting() { // before another entry of the history begins
+  if (!writing || waiting === null || section.hidden || control.animate.checked) return;
+  clearTimeout(writing), writing = 0;
+  written = waiting;
+  history.replaceState(null, "", written || location.pathname + location.search);
+}
+section.addEventListener("leaving", writeWaiting);
 function writeNow(how) {
   clearTimeout(writing), writing = 0;
   if (section.hidden || control.animate.checked) return;
@@ -213,6 +228,7 @@ addEventListener("hashchange", () => {
   if (isWalk() || location.hash === written) return;
   const named = new URLSearchParams(location.hash.slice(1)), before = control.size.value;
   written = location.hash;
+  if (named.get("scene") === "model" && !model) named.delete("scene"); // it was another page's
   for (const id of ADDRESSED) setControl(id, named.get(id) ?? (id === "scene" ? "poolhall" : (addressed[id] || control[id].value)));
   setSteps(stepsOf(named.get("steps") ?? "all"));
   control.animate.checked = false;
@@ -244,6 +260,7 @@ function change() {
   changed = true;
   passes = 0;
   report = null;
+  sayBuilding();
   feed();
   writeAddress();
 }
@@ -305,7 +322,9 @@ function beginJob(width, height, pass) {
   };
   const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false, spent: 0, samples: perPixel,
     halves: filters ? HALVES.map((floats) => new Float32Array(floats * width * height)) : null, filtering: false,
-    work: pass === 0 ? [0, 0, 0, 0] : null, way: wayOf(common) };
+    work: pass === 0 ? [0, 0, 0, 0] : null, way: wayOf(common),
+    seen: JSON.stringify([wanted(), control.over.value, common.mode, common.eye, common.target, common.aperture, common.focus,
+      common.time, common.shutter]) };
   const expected = width * height * perPixel * msPerSample;
   job.bands = cut(height, Math.max(expected / BAND_MS, pass < 0 ? workers.length : 2 * workers.length))
     .map((band) => ({ ...common, ...band }));
@@ -414,10 +433,8 @@ function finish(done) {
   const now = performance.now(), alone = Math.max(done.began, shownAt); // since when it has had the workers for itself
   if (done.pass < 0) stretch(pen, done.image, true);
   if (!seen) show("first", `${(now / 1000).toFixed(2)} s`);
-  if (seen !== done.scene) {
-    seen = done.scene;
-    say("");
-  }
+  seen = done.scene;
+  sayBuilding();
   const took = now - (frameMs ? shownAt : done.began);
   frameMs += (frameMs ? 0.2 : 1) * (took - frameMs);
   shownAt = now;
@@ -496,6 +513,14 @@ function heatScale(values) {
   return [least, Math.max(10 * least, [1, 2, 5, 10].find((step) => step * ten >= high) * ten)];
 }
 
+// The same for all ways to trace one picture, so that their colours can be compared: wide enough for all of them.
+let scaled = { picture: "", least: 0, most: 0 };
+function scaleOf(picture, cost) {
+  const [least, most] = heatScale(cost), same = scaled.picture === picture;
+  scaled = { picture, least: same ? Math.min(least, scaled.least) : least, most: same ? Math.max(most, scaled.most) : most };
+  return [scaled.least, scaled.most];
+}
+
 function paintHeat(values, width, height, place) {
   const image = new ImageData(width, height), out = image.data;
   for (let i = 0; i < values.length; i++) {
@@ -512,7 +537,7 @@ function layOver(done) {
   const what = control.over.value, there = what === "error" ? report !== null : cost !== null;
   overlay.hidden = byId("legend").hidden = !there;
   if (!there) return;
-  const [least, most] = what === "error" ? [0.001, 1] : heatScale(cost);
+  const [least, most] = what === "error" ? [0.001, 1] : scaleOf(done.seen, cost);
   const place = (x) => (x > 0 ? Math.log(x / least) / Math.log(most / least) : 0);
   const written = (x) => (what === "error" ? `${+(100 * x).toPrecision(2)}%` : Math.round(x).toLocaleString("en"));
   paintHeat(what === "error" ? report.below : cost, done.width, done.height, place);
@@ -561,7 +586,7 @@ let tried = [], triedPicture = ""; // ways, the latest last; of which picture
 
 // A pass is whole: the first tells how much work it was, the others how long it takes.
 function noteWay({ way, pass, work: counts, spent }) {
-  if (!way) return;
+  if (!way) return byId("tried").querySelector("[aria-current]")?.removeAttribute("aria-current");
   if (way.picture !== triedPicture) tried = [];
   triedPicture = way.picture;
   let one = tried.find((other) => other.name === way.name && other.packets === way.packets);
@@ -570,6 +595,7 @@ function noteWay({ way, pass, work: counts, spent }) {
   else one.ms = Math.min(one.ms, spent);
   const cell = (kind, text, scope = {}) => Object.assign(document.createElement(kind), { textContent: text, ...scope });
   byId("tried").hidden = false;
+  section.classList.toggle("comparing", tried.length > 1);
   document.querySelector("#tried tbody").replaceChildren(...tried.map((row) => {
     const tr = document.createElement("tr"), [rays, ...rest] = row.counts ?? [0, 0, 0, 0];
     if (row === one) tr.setAttribute("aria-current", "true");
@@ -655,11 +681,13 @@ function read(files, options) {
 }
 
 function takeModel(made) {
+  const another = !isModel();
   kept = { scene: control.scene.value, model };
+  if (another) writeWaiting();
   model = made;
   if (control.scene.options[control.scene.length - 1].value !== "model") control.scene.add(new Option("", "model"));
   nameModel("model");
-  say(`Building: ${model.name}`);
+  if (another) writeNow("pushState"); // so that one can go back
   change();
 }
 
@@ -727,6 +755,7 @@ let atStart = null; // their values
 function reset() {
   if (!firstCamera) return;
   for (const id of resettable) control[id].value = atStart[id];
+  for (const id of ["full", "faint", "filter"]) control[id].checked = atStart[id];
   setSteps(stepsOf(atStart.steps));
   control.aperture.value = firstCamera.aperture;
   control.focus.value = firstCamera.focus || Math.hypot(...sub(firstCamera.eye, firstCamera.target));
@@ -811,9 +840,9 @@ picture.addEventListener("keydown", (event) => {
 
 // Shows the walk of the packet that has a pixel, in the other tab. Numbers are rounded as floats, which they become.
 function pick(x, y) {
-  if (!camera) return;
+  if (!camera || cameraScene !== wantedScene()) return; // what is seen is not what is wanted
   const side = number("packet");
-  if (writing) writeNow("replaceState"); // so that one can go back here
+  writeWaiting(); // so that one can go back here
   location.hash = hashOf(tidy({ ...WALK_DEFAULTS, scene: control.scene.value, size: side, x: x - (x % side), y: y - (y % side),
     view: "3d", steps: control.path.value === "paper" ? steps() : stepsOf("all"), picture: control.size.value,
     eye: pointText(camera.eye), target: pointText(camera.target), time: +number("time").toFixed(4), light: number("light") }));
@@ -884,8 +913,8 @@ byId("controls").addEventListener("change", ({ target }) => {
     jobs = [];
   }
   if (target === control.scene) {
+    writeWaiting();
     writeNow("pushState"); // so that one can go back
-    say(`Building: ${control.scene.selectedOptions[0].text}`);
     sayModel();
   }
   if (target.type !== "range" || target === control.light) change();
@@ -902,12 +931,13 @@ section.addEventListener("shown", resume);
 
 const most = Math.min(navigator.hardwareConcurrency || 1, navigator.deviceMemory < 4 ? 2 : 8);
 for (let i = 1; i <= most; i++) control.workers.add(new Option(i, i));
-control.workers.value = Math.min(most, Number(given.get("workers")) || most);
+control.workers.value = Math.max(1, Math.min(most, Math.floor(Number(given.get("workers"))) || most));
 if (!given.has("size"))
   control.size.value = picture.parentElement.clientWidth * devicePixelRatio < 600 ? "320x240" : "640x480";
 setSteps(stepsOf(given.get("steps") ?? "all"));
 atStart = Object.fromEntries(resettable.map((id) => [id, control[id].value]));
 atStart.steps = stepsText(steps());
+for (const id of ["full", "faint", "filter"]) atStart[id] = control[id].checked;
 // The values of the page's text, but for what is chosen for this screen.
 addressed = Object.fromEntries(ADDRESSED.map((id) => {
   const one = control[id], options = [...one.options ?? []];
@@ -918,5 +948,5 @@ addressed.size = given.has("size") ? "" : control.size.value;
 ticked = performance.now();
 fit();
 showNumbers();
-say(`Building: ${control.scene.selectedOptions[0].text}`);
+sayBuilding();
 setWorkers(number("workers"));

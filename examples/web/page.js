@@ -21,6 +21,7 @@ export const addresses = { look: () => "", walk: () => "#walk" };
 // Whoever chooses a tab can go back.
 function choose(tab) {
   const named = tab.getAttribute("aria-controls"), hash = addresses[named]();
+  if (byId(named).hidden) document.querySelector('[role="tabpanel"]:not([hidden])').dispatchEvent(new Event("leaving"));
   if (byId(named).hidden) history.pushState(null, "", hash || location.pathname + location.search);
   showTab(tab);
 }

@@ -362,6 +362,7 @@ export function walk_start(section, module) {
     const from = { yz: "from the side", xz: "from above", xy: "from the front", "3d": "in space" }[state.view];
     view.setAttribute("aria-label", `Boxes of the tree and ${many(rays.length, "ray")}, ${from}. ${numbered}`);
     slider.max = events.length - 1, slider.value = state.event, slider.setAttribute("aria-valuetext", numbered);
+    if (!tour) find(".walk-caption").textContent = numbered; // which stands there where nothing else does
     drawView(), drawBar(), drawStrip(), tellLog(), tellCounts(), writeHash();
   }
   // Opens a scene of the first tab in this module, as far as it is another one, and looks at it as the state says.
@@ -431,7 +432,10 @@ export function walk_start(section, module) {
     Object.assign(state, what), tidy(state), showControls(typing);
     const differ = (names) => names.some((name) => state[name] !== old[name]);
     const packet = differ(["scene", "packet", "size", "x", "y", "spacing", "order", "steps"]);
-    if (differ(["scene"])) for (const name of SHOWN_STATE) state[name] = WALK_DEFAULTS[name];
+    if (differ(["scene"])) {
+      play(false), state.event = 0;
+      for (const name of SHOWN_STATE) state[name] = WALK_DEFAULTS[name];
+    }
     if (differ(["scene"])) tidy(state), showControls(typing);
     if (differ(["view", "follow", "scene"])) pan = [0, 0], zoom = 1;
     if (packet) showPacket();
@@ -440,8 +444,10 @@ export function walk_start(section, module) {
     if (differ(["assembly", "met"])) drawFigure();
   }
   function showAll() {
-    if (state.scene === "model" && !modelShown()) state.scene = WALK_DEFAULTS.scene; // it has gone with the page of before
+    const gone = state.scene === "model" && !modelShown();
+    if (gone) Object.assign(state, { scene: WALK_DEFAULTS.scene, event: 0 });
     readColours(), tidy(state), showControls(), stillOf = "", showPacket(), turnBack(), drawView(), drawFigure();
+    if (gone) find(".walk-sentence").prepend("The model has gone with the page of before; choose its file once more. This is another scene. ");
   }
   function followAddress() { // as far as figure 3, if it is about that
     if (leadsToFigure(location.hash)) byId("walk-figure-title").scrollIntoView();
@@ -480,11 +486,19 @@ export function walk_start(section, module) {
   // ---- the tour ----
 
   let tour = null; // {began, frame} while it plays
+  const startOf = () => {
+    const one = rays.length === 1, pixels = one ? "a pixel" : state.spacing > 1 ? `pixels that are ${state.spacing} apart` : "neighbouring pixels";
+    const from = { camera: `${one ? "starts" : "start"} at an eye and ${one ? "goes" : "go"} through ${pixels}`,
+      mirror: `${one ? "starts" : "start"} where a mirror is seen`, shadow: `${one ? "goes" : "go"} to the lamp from what is seen` }[state.packet];
+    return one ? `This ray ${from}. It is a packet by itself.` : `These ${rays.length} rays ${from}. They travel together, as a packet.`;
+  };
+  const endOf = () => shadow() ? "At the end each ray knows whether something is in its way."
+    : rays.every((ray) => ray.hits) ? "At the end each ray has found what it hits." : "At the end each ray knows what it hits, or that it hits nothing.";
   const TOUR = [ // how long a part of it lasts, in milliseconds, and what it says
-    [4000, () => `These ${rays.length} rays start at an eye and go through neighbouring pixels. They travel together, as a packet.`],
+    [4000, startOf],
     [4000, () => "The scene's triangles lie in boxes, and these in larger boxes. That is the tree."],
     [9000, () => "The packet walks down the tree. Where it misses a box, it skips all that is inside, for all rays at once."],
-    [6000, () => `At the end each ray has found what it hits. That took ${events[events.length - 1].triangles.toLocaleString("en")} tests ` +
+    [6000, () => `${endOf()} That took ${events[events.length - 1].triangles.toLocaleString("en")} tests ` +
       `of a ray against a triangle. To test all would have taken ${(rays.length * world.boxes.reduce((sum, b) => sum + b.triangles, 0)).toLocaleString("en")}.`],
   ];
   function endTour() {
@@ -492,7 +506,7 @@ export function walk_start(section, module) {
     cancelAnimationFrame(tour.frame);
     tour = null;
     find("[name=walk-tree]").checked = false;
-    find(".walk-caption").hidden = true;
+    find(".walk-caption").hidden = !document.fullscreenElement;
     find(".walk-sentence").setAttribute("aria-live", "polite");
     find("[data-do=tour]").setAttribute("aria-pressed", false);
     showEvent();
@@ -626,6 +640,7 @@ export function walk_start(section, module) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showAll);
   new ResizeObserver(() => section.offsetParent !== null && drawView()).observe(view);
   new ResizeObserver(() => section.offsetParent !== null && (showEvent(), drawFigure())).observe(section);
+  document.addEventListener("fullscreenchange", () => { find(".walk-caption").hidden = !document.fullscreenElement && !tour; });
   addresses.walk = () => hashOf(state);
   const comes = !named(); // before the address is written
   showAll(), followAddress();

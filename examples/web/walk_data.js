@@ -106,8 +106,8 @@ export const clamp = (x, lo, hi) => Math.min(Math.max(x, lo), hi);
 
 // Reads steps: "all", "2007", "none", or names with + between them. Without any: 64, as the library has it.
 export function stepsOf(text) {
-  if (text in PRESETS) return PRESETS[text];
-  return text.split(/[+ ]/).reduce((bits, name) => bits | (STEPS[name] || 0), 0) || PRESETS.none;
+  if (Object.hasOwn(PRESETS, text)) return PRESETS[text];
+  return text.split(/[+ ]/).reduce((bits, name) => bits | (Object.hasOwn(STEPS, name) ? STEPS[name] : 0), 0) || PRESETS.none;
 }
 export function stepsText(bits) {
   const preset = Object.keys(PRESETS).find((name) => PRESETS[name] === bits);
@@ -124,10 +124,11 @@ export function tidy(s) {
   const whole = (name, lo, hi) => s[name] = clamp(Math.floor(Number(s[name])) || 0, lo, hi);
   whole("spacing", 1, 12), whole("event", 0, 1e9), whole("follow", 0, 1);
   if (!/^[1-9][0-9]{2,3}x[1-9][0-9]{2,3}$/.test(s.picture)) s.picture = WALK_DEFAULTS.picture;
-  if (!isPoint(s.eye) || !isPoint(s.target)) s.eye = s.target = "";
+  if (!isPoint(s.eye) || !isPoint(s.target) || `${pointOf(s.eye)}` === `${pointOf(s.target)}`) s.eye = s.target = "";
   s.time = clamp(Number(s.time) || 0, 0, 1), s.light = clamp(Number(s.light) || 1, 0.25, 4);
   if (!SHOWN.includes(s.scene)) for (const name of SHOWN_STATE) s[name] = WALK_DEFAULTS[name];
   const [width, height] = sizeOf(s);
+  s.spacing = Math.min(s.spacing, Math.floor(Math.min(width, height) / s.size));
   whole("x", 0, width - s.size * s.spacing), whole("y", 0, height - s.size * s.spacing);
   s.met = [...s.met.toLowerCase()].filter((c) => "dfmg.".includes(c)).join("").slice(0, 16).padEnd(16, ".");
   return s;
@@ -137,7 +138,7 @@ export function stateOf(hash) {
   for (const [name, value] of given)
     if (name === "steps") s.steps = stepsOf(value);
     else if (name === "event") s.event = Number(value) - 1;
-    else if (name in s) s[name] = typeof s[name] === "number" ? Number(value) : value;
+    else if (Object.hasOwn(s, name)) s[name] = typeof s[name] === "number" ? Number(value) : value;
   return tidy(s);
 }
 export const leadsToFigure = (hash) => /^#walk\?(.*&)?(assembly|met)=/.test(hash) && !/[?&]event=/.test(hash);
@@ -194,7 +195,7 @@ export function sentence(e, world, n, shadow) {
 }
 // The same in a few words, for the list.
 export function brief(e) {
-  const of = `place ${e.child} of node ${e.index}`, last = e.ray + e.active - 1;
+  const of = `child ${e.child} of node ${e.index}`, last = e.ray + e.active - 1;
   if (VERDICTS[e.kind]) return `${of} ${VERDICTS[e.kind].text}${e.kind === E.LATER_HIT ? `, ray ${e.ray}` : ""}`;
   switch (e.kind) {
   case E.NODE: return `node ${e.index} is opened, ${raysText(e.ray, last)}`;

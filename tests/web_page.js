@@ -712,6 +712,44 @@ async function tour() {
   await page.close();
 }
 
+// Walks that are not the usual one, or cannot be.
+async function strange() {
+  console.log("strange walks");
+  const walk = async (hash) => {
+    const page = await open(hash);
+    await eventShown(page, "\\d+");
+    return page;
+  };
+  for (const [hash, sentence] of [["#walk?packet=mirror", /^These 64 rays start where a mirror is seen\. /], ["#walk?size=1", /^This ray starts at an eye/],
+    ["#walk?spacing=3", /through pixels that are 3 apart\. /]]) {
+    const page = await walk(hash);
+    await page.click("[data-do=tour]");
+    await page.waitForFunction(() => !document.querySelector(".walk-caption").hidden, { timeout: 20000 });
+    const said = await text(page, ".walk-caption");
+    check(`the tour says of ${hash} what is true of it`, sentence.test(said), said);
+    await page.close();
+  }
+  const page = await walk("#walk?event=20");
+  await page.select("[name=walk-scene]", "boxes");
+  await eventShown(page, "1");
+  check("another scene is walked from its first event on", true);
+  await page.close();
+  for (const [hash, good] of [["#walk?scene=poolhall&size=16&spacing=12&picture=100x100", /[?&]spacing=6\b/],
+    ["#walk?scene=poolhall&eye=1,2,3&target=1,2,3&event=2", /^(?!.*eye=)/], ["#walk?steps=toString&event=2", /steps=none/]]) {
+    const odd = await walk(hash);
+    await odd.click("[data-do=step]");
+    await odd.waitForFunction((of) => location.hash !== of, { timeout: 20000 }, hash);
+    const now = await odd.evaluate(() => location.hash);
+    check(`${hash} becomes one that can be`, good.test(now) && !/[xy]=-/.test(now), now);
+    await odd.close();
+  }
+  const gone = await open("#walk?scene=model&x=300&y=200");
+  await gone.waitForFunction(() => /Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 60000 });
+  const said = await text(gone, ".walk-sentence");
+  check("a model that is gone is said to be", /^The model has gone/.test(said), said);
+  await gone.close();
+}
+
 const heldIs = (page, who) => page.waitForFunction((of) => `${noted.held.map((it) => it[0])}` === of, { timeout: 60000, polling: 50 }, who);
 const letGo = (page) => page.evaluate(() => noted.letGo());
 
@@ -719,7 +757,7 @@ const letGo = (page) => page.evaluate(() => noted.letGo());
 async function hurry() {
   console.log("what is done in a hurry");
   const page = await open("#mode=rcs&size=256x256&workers=-3"), message = () => text(page, "#message"), hash = () => page.evaluate(() => location.hash);
-  check("a number of workers that there cannot be is none", await firstPicture(page).then(() => true, () => false), await message());
+  check("a number of workers that there cannot be does not stop the page", await firstPicture(page).then(() => true, () => false), await message());
   await page.waitForFunction(() => noted.opened > 0 && document.getElementById("message").textContent === "", { timeout: 60000 });
   await page.evaluate(() => { noted.hold = true; });
   await page.select("#scene", "conference");
@@ -991,6 +1029,11 @@ async function paths() {
   await page.setViewport({ width: 1280, height: 800 });
   const bottom = await page.$eval("#tried tbody tr:nth-child(2)", (row) => row.getBoundingClientRect().bottom + scrollY);
   check("where ways are compared, two of them are in sight of the picture", bottom < 800, bottom);
+  const apart = await page.evaluate(() => {
+    document.getElementById("look").classList.remove("comparing");
+    return document.querySelector("#tried tbody tr:nth-child(2)").getBoundingClientRect().bottom + scrollY;
+  });
+  check("control: beside a larger picture they are not", apart > 800, apart);
   await page.focus("#picture");
   await pictureAfter(page, () => page.keyboard.press("ArrowLeft"));
   check("of another view the table begins anew", Object.keys(await waysTried(page)).length <= 1);
@@ -1172,7 +1215,8 @@ async function main() {
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
     if (only.includes("gallery")) await gallery();
-    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, late, hurry, addresses, fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
+    for (const part of [pictures, filter, panels, files, touch, wide, walk, tour, strange, late, hurry, addresses,
+      fullscreen, pick, links, paths, costs, texts, quick, speed, filterSpeed, complaining])
       if (!only.length || only.includes(part.name)) {
         const began = performance.now();
         await part();

@@ -28,10 +28,17 @@ const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
 const show = (id, text) => { byId(id).textContent = text; };
 let building = false;   // the message says so
-const say = (text) => { show("message", text), building = false; };
+function say(text) {
+  show("message", text);
+  building = false;
+}
 function sayBuilding() { // as long as there is no picture of what is wanted
-  if (seen !== wanted()) say(`Building: ${control.scene.selectedOptions[0].text}`), building = true;
-  else if (building) say("");
+  if (seen === wanted()) {
+    if (building) say("");
+    return;
+  }
+  say(`Building: ${control.scene.selectedOptions[0].text}`);
+  building = true;
 }
 
 // --- camera ---
@@ -153,7 +160,8 @@ function takeScene({ camera: told, triangles }) {
   const keep = address; // what it says counts once
   address = new Map();
   kept = null;
-  tried = [], byId("tried").hidden = true;
+  tried = [];
+  byId("tried").hidden = true;
   firstCamera = { eye: told.slice(0, 3), target: told.slice(3, 6), fov: told[6], aperture: told[7], focus: told[8] };
   cameraScene = wantedScene();
   lookFrom(keep);
@@ -168,7 +176,8 @@ const ADDRESSED = ["scene", "mode", "size", "path", "steps", "packet", "aperture
 let address = given;                               // what the next scene is to be seen like
 let written = isWalk() ? "" : location.hash;       // what stands there
 let addressed = {};                                // values of controls that need not be named
-let writing = 0, waiting = null;                   // a timer, and what it is about to write, as far as that is known
+let writing = 0;                                   // a timer
+let waiting = null;                                // what it is about to write; null: the scene is not there yet
 const valueOf = (id) => (control[id].type === "checkbox" ? String(Number(control[id].checked))
   : id === "steps" ? stepsText(steps()) : control[id].value);
 const pointText = (point) => point.map((x) => +Math.fround(x).toPrecision(9)).join();
@@ -210,7 +219,8 @@ function writeAddress() {
 }
 function writeWaiting() { // before another entry of the history begins
   if (!writing || waiting === null || section.hidden || control.animate.checked) return;
-  clearTimeout(writing), writing = 0;
+  clearTimeout(writing);
+  writing = 0;
   written = waiting;
   history.replaceState(null, "", written || location.pathname + location.search);
 }
@@ -516,8 +526,10 @@ function heatScale(values) {
 // The same for all ways to trace one picture, so that their colours can be compared: wide enough for all of them.
 let scaled = { picture: "", least: 0, most: 0 };
 function scaleOf(picture, cost) {
-  const [least, most] = heatScale(cost), same = scaled.picture === picture;
-  scaled = { picture, least: same ? Math.min(least, scaled.least) : least, most: same ? Math.max(most, scaled.most) : most };
+  const [least, most] = heatScale(cost);
+  if (scaled.picture !== picture) scaled = { picture, least, most };
+  scaled.least = Math.min(least, scaled.least);
+  scaled.most = Math.max(most, scaled.most);
   return [scaled.least, scaled.most];
 }
 

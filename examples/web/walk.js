@@ -352,13 +352,14 @@ export function walk_start(section, module) {
       if (section.offsetParent !== null) history.replaceState(null, "", hashWritten);
     }, 250);
   }
+  let notice = ""; // what is said before the event, until something is chosen
   function showEvent() {
     state.event = clamp(state.event, 0, events.length - 1);
     now = replay(world, rays, events, state.event, shadow());
     const said = sentence(now.event, world, rays.length, shadow());
     const numbered = `Event ${state.event + 1} of ${events.length}. ${said}`, told = find(".walk-sentence");
     const mark = `var(${VERDICTS[now.event.kind]?.colour || "--walk-line"})`;
-    told.textContent = numbered, told.style.setProperty("--walk-mark", mark);
+    told.textContent = notice + numbered, told.style.setProperty("--walk-mark", mark);
     const from = { yz: "from the side", xz: "from above", xy: "from the front", "3d": "in space" }[state.view];
     view.setAttribute("aria-label", `Boxes of the tree and ${many(rays.length, "ray")}, ${from}. ${numbered}`);
     slider.max = events.length - 1, slider.value = state.event, slider.setAttribute("aria-valuetext", numbered);
@@ -389,11 +390,10 @@ export function walk_start(section, module) {
   }
   // After a change of the packet or its steps: all is traced anew.
   function showPacket() {
-    let lacking = "";
     try {
       world = SHOWN.includes(state.scene) ? shownWorld() : null;
     } catch (error) {
-      lacking = `This scene cannot be shown: ${error.message}. `;
+      notice = `This scene cannot be shown: ${error.message}. `;
       Object.assign(state, { scene: WALK_DEFAULTS.scene, event: 0 }), tidy(state), showControls();
     }
     world ??= worlds[state.scene] ??= makeWorld(module, state.scene);
@@ -407,7 +407,6 @@ export function walk_start(section, module) {
     for (const e of events) totals.verdicts[e.kind] = (totals.verdicts[e.kind] || 0) + 1;
     for (const [name, most] of [["x", world.size[0]], ["y", world.size[1]]]) find(`[name=walk-${name}]`).max = most - 1;
     drawPicture(), showEvent();
-    if (lacking) find(".walk-sentence").prepend(lacking);
   }
   function turnBack() {
     zoom = 1, pan = [0, 0], yaw = world.isShown ? fromBehind : 0.5, pitch = 0.45;
@@ -429,11 +428,13 @@ export function walk_start(section, module) {
   }
   function change(what, typing) {
     const old = { ...state };
+    notice = "";
     Object.assign(state, what), tidy(state), showControls(typing);
     const differ = (names) => names.some((name) => state[name] !== old[name]);
     const packet = differ(["scene", "packet", "size", "x", "y", "spacing", "order", "steps"]);
     if (differ(["scene"])) {
-      play(false), state.event = 0;
+      play(false);
+      state.event = 0;
       for (const name of SHOWN_STATE) state[name] = WALK_DEFAULTS[name];
     }
     if (differ(["scene"])) tidy(state), showControls(typing);
@@ -445,9 +446,11 @@ export function walk_start(section, module) {
   }
   function showAll() {
     const gone = state.scene === "model" && !modelShown();
-    if (gone) Object.assign(state, { scene: WALK_DEFAULTS.scene, event: 0 });
+    if (gone) {
+      Object.assign(state, { scene: WALK_DEFAULTS.scene, event: 0 });
+      notice = "The model has gone with the page of before; choose its file once more. This is another scene. ";
+    }
     readColours(), tidy(state), showControls(), stillOf = "", showPacket(), turnBack(), drawView(), drawFigure();
-    if (gone) find(".walk-sentence").prepend("The model has gone with the page of before; choose its file once more. This is another scene. ");
   }
   function followAddress() { // as far as figure 3, if it is about that
     if (leadsToFigure(location.hash)) byId("walk-figure-title").scrollIntoView();
@@ -486,14 +489,20 @@ export function walk_start(section, module) {
   // ---- the tour ----
 
   let tour = null; // {began, frame} while it plays
-  const startOf = () => {
-    const one = rays.length === 1, pixels = one ? "a pixel" : state.spacing > 1 ? `pixels that are ${state.spacing} apart` : "neighbouring pixels";
-    const from = { camera: `${one ? "starts" : "start"} at an eye and ${one ? "goes" : "go"} through ${pixels}`,
-      mirror: `${one ? "starts" : "start"} where a mirror is seen`, shadow: `${one ? "goes" : "go"} to the lamp from what is seen` }[state.packet];
-    return one ? `This ray ${from}. It is a packet by itself.` : `These ${rays.length} rays ${from}. They travel together, as a packet.`;
-  };
-  const endOf = () => shadow() ? "At the end each ray knows whether something is in its way."
-    : rays.every((ray) => ray.hits) ? "At the end each ray has found what it hits." : "At the end each ray knows what it hits, or that it hits nothing.";
+  const FROM = { camera: "start at an eye and go through neighbouring pixels", mirror: "start where a mirror is seen",
+    shadow: "go to the lamp from what is seen" };
+  const FROM_ONE = { camera: "starts at an eye and goes through a pixel", mirror: "starts where a mirror is seen",
+    shadow: "goes to the lamp from what is seen" };
+  function startOf() {
+    if (rays.length === 1) return `This ray ${FROM_ONE[state.packet]}. It is a packet by itself.`;
+    const from = state.spacing === 1 ? FROM[state.packet] : FROM[state.packet].replace("neighbouring pixels", `pixels that are ${state.spacing} apart`);
+    return `These ${rays.length} rays ${from}. They travel together, as a packet.`;
+  }
+  function endOf() {
+    if (shadow()) return "At the end each ray knows whether something is in its way.";
+    if (rays.every((ray) => ray.hits)) return "At the end each ray has found what it hits.";
+    return "At the end each ray knows what it hits, or that it hits nothing.";
+  }
   const TOUR = [ // how long a part of it lasts, in milliseconds, and what it says
     [4000, startOf],
     [4000, () => "The scene's triangles lie in boxes, and these in larger boxes. That is the tree."],
